@@ -1,0 +1,182 @@
+"""The nouns of the service, as plain frozen data."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from enum import StrEnum
+from uuid import UUID
+
+
+class Signal(StrEnum):
+    """A user's answer to a play. None: it was played, and never answered."""
+
+    LIKE = "like"
+    SKIP = "skip"
+    NONE = "none"
+
+
+class Source(StrEnum):
+    """Who chose a play: the service, or the user alone."""
+
+    RECOMMENDED = "recommended"
+    REPORTED = "reported"
+
+
+class Scope(StrEnum):
+    """What a key allows: to serve listeners, or also to administer."""
+
+    SERVE = "serve"
+    ADMIN = "admin"
+
+
+@dataclass(frozen=True, slots=True)
+class Revision:
+    """Which catalogue and policy are in force.
+
+    catalogue: counts every change of an item or a model
+    epoch:     the catalogue in which a belief was last given a new meaning: beliefs
+               of an earlier epoch must be rebuilt from the log of plays
+    policy:    version of the policy in force
+    """
+
+    catalogue: int
+    epoch: int
+    policy: int
+
+
+@dataclass(frozen=True, slots=True)
+class ItemModel:
+    """One version of a model: how interest in its items moves and answers."""
+
+    id: str
+    version: int
+    states: Sequence[str]
+    play: Sequence[Sequence[float]]
+    rest: Sequence[Sequence[float]]
+    like: Sequence[float]
+    prior: Sequence[float]
+    source: str
+    created_at: datetime
+    catalogue: int
+    retired: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """Something that can be played. `serial` counts items in order of arrival."""
+
+    serial: int
+    id: str
+    model: str
+    title: str
+    tags: Sequence[str]
+    payload: Mapping[str, object]
+    active: bool
+    catalogue: int
+    created_at: datetime
+    updated_at: datetime
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """Which items a choice is made from: all of the tags, any of the candidates."""
+
+    tags: tuple[str, ...] = ()
+    candidates: tuple[str, ...] | None = None
+    excluded: tuple[str, ...] = ()
+
+    @property
+    def is_everything(self) -> bool:
+        return not self.tags and self.candidates is None and not self.excluded
+
+
+EVERYTHING = Selection()
+
+
+@dataclass(frozen=True, slots=True)
+class Play:
+    """One showing of one item to one user, and its answer.
+
+    slot:      the user's slot when it was decided
+    closed:    the slot in which it took place, None while it is unanswered
+    policy:    version of the policy that chose it, None where the user did
+    catalogue: the catalogue in which it was chosen
+    predicted: chance of a like that was believed
+    propensity: chance with which the policy chose this item
+    """
+
+    id: UUID
+    user: str
+    item: int
+    slot: int
+    source: Source
+    catalogue: int
+    model: str
+    model_version: int
+    predicted: float
+    created_at: datetime
+    closed: int | None = None
+    policy: int | None = None
+    seed: int | None = None
+    selection: Selection = EVERYTHING
+    propensity: float | None = None
+    signal: Signal | None = None
+    fraction: float | None = None
+    answered_at: datetime | None = None
+    idempotency_key: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """A signal, and the share of the item that was played where that is known."""
+
+    signal: Signal
+    fraction: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class User:
+    """Where a user stands. A user never seen has version 0."""
+
+    id: str
+    slot: int = 0
+    version: int = 0
+    pending: Play | None = None
+    epoch: int = 0
+    packed: bytes = b""
+
+
+@dataclass(frozen=True, slots=True)
+class PolicyVersion:
+    """A policy that was put in force. `restores`: the version a rollback went to."""
+
+    version: int
+    name: str
+    params: Mapping[str, object]
+    note: str
+    activated_at: datetime
+    by: str
+    restores: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """A key as it is kept: never the secret, only its SHA-256."""
+
+    id: str
+    digest: bytes = field(repr=False)
+    scope: Scope
+    name: str
+    created_at: datetime
+    revoked_at: datetime | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class AuditEntry:
+    """One administrative act."""
+
+    at: datetime
+    by: str
+    action: str
+    subject: str
+    detail: Mapping[str, object]

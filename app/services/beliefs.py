@@ -1,0 +1,160 @@
+"""What is believed of a user's interest: kept for played items, stepped on read.
+
+An item leaves once its belief is as good as that of an item never played, and it has
+rested so long that no policy cares when it was played last. So a user who has played
+ten thousand items costs no more than one who has played a few.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.domain import Signal, User
+from app.services.catalogue import Catalogue
+from app.storage import plays
+from app.storage.packing import Entries, unpack
+from app.storage.plays import ClosedPlay
+from app.storage.store import Store
+from policies import (
+    LIKE,
+    NONE,
+    SKIP,
+    Answered,
+    Floats,
+    Ints,
+    answered,
+    expected_like,
+    replayed,
+    rested,
+    untouched,
+)
+
+RETURNED = 1e-12  # least difference (L1) from the belief of an item never played
+REMEMBERED = 256  # slots for which a play is remembered although interest returned
+SIGNALS = {Signal.LIKE: LIKE, Signal.SKIP: SKIP, Signal.NONE: NONE}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Beliefs:
+    """A user's played items, with their beliefs in one slot.
+
+    serial:   (K,) items, ascending
+    rested:   (K,) slots since each was played
+    belief:   (K, S)
+    returned: (K,) whether interest has returned to that of an item never played
+    fresh:    (M, S) the belief of an item never played, by model
+    """
+
+    serial: Ints
+    rested: Ints
+    belief: Floats
+    returned: NDArray[np.bool_]
+    fresh: Floats
+
+    @property
+    def forgotten(self) -> NDArray[np.bool_]:
+        return self.returned & (self.rested >= REMEMBERED)
+
+
+def kept(store: Store, catalogue: Catalogue, user: User) -> Entries:
+    """A user's entries; those of an earlier epoch are rebuilt from the log of plays."""
+    states = catalogue.models.like.shape[1]
+    if user.slot == 0:
+        return Entries.none(states)
+    if user.epoch == catalogue.epoch:
+        return unpack(user.packed, states)
+    return rebuilt(catalogue, plays.closed(store, user.id), user.slot)
+
+
+def rebuilt(catalogue: Catalogue, log: Iterable[ClosedPlay], slot: int) -> Entries:
+    """The entries that a log of plays gives rise to."""
+    by_item: dict[int, list[ClosedPlay]] = {}
+    for play in log:
+        by_item.setdefault(play.item, []).append(play)
+    serials = sorted(by_item)
+    final = [_replay(catalogue, serial, by_item[serial]) for serial in serials]
+    entries = Entries(
+        np.array(serials, np.int64),
+        np.array([slot for slot, _ in final], np.int64),
+        np.array([belief for _, belief in final], np.float64).reshape(
+            len(serials), catalogue.models.like.shape[1]
+        ),
+    )
+    return _without_forgotten(catalogue, entries, slot)
+
+
+def at(catalogue: Catalogue, entries: Entries, slot: int) -> Beliefs:
+    """The beliefs of a slot: each played item has rested since it was played."""
+    model = catalogue.model[entries.serial]
+    slots = slot - entries.slot
+    belief = rested(catalogue.models, model, entries.belief, slots)
+    fresh = untouched(catalogue.models, slot)
+    returned = np.abs(belief - fresh[model]).sum(axis=1) < RETURNED
+    return Beliefs(entries.serial, slots, belief, returned, fresh)
+
+
+def of_item(
+    catalogue: Catalogue, entries: Entries, slot: int, serial: int
+) -> tuple[Floats, int | None]:
+    """The belief of one item, and the slots it has rested (None: never played)."""
+    row = _row(entries, serial)
+    model = np.array([catalogue.row_of(serial)])
+    if row is None:
+        return untouched(catalogue.models, slot)[model[0]], None
+    slots = slot - entries.slot[row : row + 1]
+    belief = rested(catalogue.models, model, entries.belief[row : row + 1], slots)
+    return belief[0], int(slots[0])
+
+
+def expected(catalogue: Catalogue, serial: int, belief: Floats) -> float:
+    """The chance of a like that a belief gives."""
+    model = np.array([catalogue.row_of(serial)])
+    return float(expected_like(catalogue.models, model, belief[None])[0])
+
+
+def after_play(
+    catalogue: Catalogue, entries: Entries, slot: int, serial: int, signal: Signal
+) -> tuple[Entries, Answered]:
+    """The entries after a play in a slot, and what its answer taught."""
+    belief, _ = of_item(catalogue, entries, slot, serial)
+    learned = answered(
+        catalogue.models, catalogue.row_of(serial), belief, SIGNALS[signal]
+    )
+    after = _put(entries, serial, slot + 1, learned.belief)
+    return _without_forgotten(catalogue, after, slot + 1), learned
+
+
+def _replay(
+    catalogue: Catalogue, serial: int, log: Sequence[ClosedPlay]
+) -> tuple[int, Floats]:
+    return replayed(
+        catalogue.models,
+        catalogue.row_of(serial),
+        np.array([play.slot for play in log], np.int64),
+        np.array([SIGNALS[play.signal] for play in log], np.int64),
+    )
+
+
+def _row(entries: Entries, serial: int) -> int | None:
+    row = int(np.searchsorted(entries.serial, serial))
+    found = row < len(entries.serial) and int(entries.serial[row]) == serial
+    return row if found else None
+
+
+def _put(entries: Entries, serial: int, slot: int, belief: Floats) -> Entries:
+    row = int(np.searchsorted(entries.serial, serial))
+    rest = row + 1 if _row(entries, serial) is not None else row
+    return Entries(
+        np.concatenate((entries.serial[:row], [serial], entries.serial[rest:])),
+        np.concatenate((entries.slot[:row], [slot], entries.slot[rest:])),
+        np.concatenate((entries.belief[:row], [belief], entries.belief[rest:])),
+    )
+
+
+def _without_forgotten(catalogue: Catalogue, entries: Entries, slot: int) -> Entries:
+    if not np.any(slot - entries.slot >= REMEMBERED):
+        return entries
+    keep = ~at(catalogue, entries, slot).forgotten
+    return Entries(entries.serial[keep], entries.slot[keep], entries.belief[keep])

@@ -1,0 +1,92 @@
+"""From what is believed of a user to the item to play."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.services.beliefs import Beliefs
+from app.services.catalogue import Catalogue
+from app.services.pool import Pool
+from policies import (
+    NEVER,
+    Choice,
+    Floats,
+    Ints,
+    Policy,
+    Scorer,
+    Situation,
+    choose,
+    expected_like,
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Candidates:
+    """A situation, and which items its groups stand for.
+
+    The first groups are played items, one each; the rest hold, by model, the items
+    about which nothing is known that is not known of all of them.
+
+    situation: G groups
+    serial:    (T,) items of the first T groups, ascending
+    pool:      what the choice is made from
+    """
+
+    situation: Situation
+    serial: Ints
+    pool: Pool
+
+    def item(self, choice: Choice) -> int:
+        """Serial of the item chosen."""
+        if choice.group < len(self.serial):
+            return int(self.serial[choice.group])
+        model = int(self.situation.model[choice.group])
+        return self.pool.member(model, choice.member, taken=self.serial)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decision:
+    """What was chosen, from what, and why."""
+
+    candidates: Candidates
+    scores: Floats
+    choice: Choice
+    serial: int
+    predicted: float
+    seed: int
+
+
+def candidates(
+    catalogue: Catalogue, pool: Pool, beliefs: Beliefs, policy: Policy
+) -> Candidates:
+    """Group the pool: played items alone, all others with their model's untouched."""
+    like_untouched = beliefs.forgotten if policy.rest_matters else beliefs.returned
+    own = pool.holds(beliefs.serial) & ~like_untouched
+    serial = beliefs.serial[own]
+    model = catalogue.model[serial]
+    count = np.array([len(held) for held in pool.by_model], np.int64)
+    np.subtract.at(count, model, 1)
+    np.subtract.at(count, catalogue.model[pool.excluded], 1)
+    groups = np.flatnonzero(count > 0)
+    situation = Situation(
+        catalogue.models,
+        np.concatenate((model, groups)),
+        np.concatenate((beliefs.belief[own], beliefs.fresh[groups])),
+        np.concatenate((np.ones(len(serial), np.int64), count[groups])),
+        np.concatenate((beliefs.rested[own], np.full(len(groups), NEVER, np.int64))),
+    )
+    return Candidates(situation, serial, pool)
+
+
+def decide(candidates: Candidates, scorer: Scorer, seed: int) -> Decision:
+    """Score every group, play the best."""
+    situation = candidates.situation
+    scores = scorer(situation, seed)
+    choice = choose(scores, situation.count, seed)
+    group = slice(choice.group, choice.group + 1)
+    like = expected_like(
+        situation.models, situation.model[group], situation.belief[group]
+    )
+    return Decision(
+        candidates, scores, choice, candidates.item(choice), float(like[0]), seed
+    )

@@ -1,0 +1,163 @@
+"""The loop that listeners live in: the next play, and its answer."""
+
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from uuid import UUID
+
+from app.domain import Answer, Play, Revision, Selection, Signal, Source
+from app.errors import (
+    Fault,
+    FeedbackConflict,
+    IdempotencyConflict,
+    NothingToPlay,
+    PlayNotFound,
+    UnknownItems,
+)
+from app.services import selections
+from app.services.catalogue import Catalogue
+from app.services.live import Live
+from app.services.standing import Offer, Standing
+from app.storage import plays, users
+from app.storage.store import Store
+from policies import Answered
+
+NEVER_ANSWERED = Answer(Signal.NONE)
+
+
+@dataclass(frozen=True, slots=True)
+class Next:
+    """The play to show now. `expired`: an earlier one was closed as never answered."""
+
+    offer: Offer
+    expired: Play | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Feedback:
+    """What became of an answer.
+
+    slot:     the user's slot after it
+    repeated: the same answer had been given before, and nothing was changed
+    learned:  what the answer taught, None if repeated
+    """
+
+    play: Play
+    signal: Signal
+    slot: int
+    repeated: bool
+    learned: Answered | None = None
+    next: Next | None = None
+
+
+def next_play(store: Store, live: Live, user_id: str, selection: Selection) -> Next:
+    """The pending play if there is one, else a new one."""
+    revision, user = users.by_id(store, user_id)
+    catalogue = live.catalogue(store, revision)
+    pool = selections.pool(catalogue, selection)
+    now = datetime.now(UTC)
+    pending = user.pending
+    if pending is not None and now - pending.created_at <= live.pending_ttl:
+        return Next(_offered_before(store, live, catalogue, pending, user.slot))
+    standing = Standing.of(store, catalogue, user, now)
+    if pending is not None:
+        standing.close(pending, NEVER_ANSWERED)
+    policy = live.policy(store, revision, catalogue)
+    offer = standing.choose(policy, pool, selection)
+    standing.save(offer.play)
+    return Next(offer, expired=pending)
+
+
+def give_feedback(
+    store: Store, live: Live, play_id: UUID, answer: Answer, then: Selection | None
+) -> Feedback:
+    """Take the answer of a play, exactly once; then, if asked, choose the next one."""
+    found = users.by_play(store, play_id)
+    if found is None:
+        raise PlayNotFound(play_id)
+    revision, user, play = found
+    if play.signal is not None:
+        feedback = _given_before(play, answer)
+        return replace(feedback, next=_next_if_any(store, live, user.id, then))
+    standing = Standing.of(
+        store, live.catalogue(store, revision), user, datetime.now(UTC)
+    )
+    learned = standing.close(play, answer)
+    offer = None if then is None else _chosen(live, revision, standing, then)
+    standing.save(None if offer is None else offer.play)
+    upcoming = None if offer is None else Next(offer)
+    return Feedback(play, answer.signal, standing.slot, False, learned, upcoming)
+
+
+def report_play(
+    store: Store, live: Live, user_id: str, item: str, answer: Answer, key: str | None
+) -> Feedback:
+    """Take a play that the user chose alone, with its answer."""
+    revision, user = users.by_id(store, user_id)
+    catalogue = live.catalogue(store, revision)
+    serial = catalogue.serial_of(item)
+    if serial is None:
+        raise UnknownItems(
+            f"There is no item {item!r}.", Fault("item", "unknown", item)
+        )
+    before = None if key is None else plays.by_idempotency_key(store, user_id, key)
+    if before is not None:
+        return _reported_before(before, serial, answer)
+    standing = Standing.of(store, catalogue, user, datetime.now(UTC))
+    play = standing.report(serial, answer, key)
+    learned = standing.learn(serial, answer)
+    standing.save(user.pending)
+    return Feedback(play, answer.signal, standing.slot, False, learned)
+
+
+def _offered_before(
+    store: Store, live: Live, catalogue: Catalogue, play: Play, slot: int
+) -> Offer:
+    policy = live.version(store, play.policy or 0)
+    return Offer(play, catalogue.shelf(play.item), slot, policy, repeated=True)
+
+
+def _chosen(
+    live: Live, revision: Revision, standing: Standing, selection: Selection
+) -> Offer | None:
+    """A next play; an answer is taken also where nothing is left to play."""
+    try:
+        pool = selections.pool(standing.catalogue, selection)
+    except NothingToPlay:
+        return None
+    policy = live.policy(standing.store, revision, standing.catalogue)
+    return standing.choose(policy, pool, selection)
+
+
+def _next_if_any(
+    store: Store, live: Live, user_id: str, selection: Selection | None
+) -> Next | None:
+    if selection is None:
+        return None
+    try:
+        return next_play(store, live, user_id, selection)
+    except NothingToPlay:
+        return None
+
+
+def _given_before(play: Play, answer: Answer) -> Feedback:
+    if play.signal is not answer.signal:
+        raise FeedbackConflict(
+            f"Play {play.id} was answered with {play.signal}, not {answer.signal}.",
+            Fault("signal", f"the answer given is {play.signal}", answer.signal),
+        )
+    return _as_it_was(play)
+
+
+def _reported_before(play: Play, serial: int, answer: Answer) -> Feedback:
+    if play.item != serial or play.signal is not answer.signal:
+        raise IdempotencyConflict(
+            "The same key came with another item or answer before.",
+            Fault("Idempotency-Key", "already used", play.idempotency_key),
+        )
+    return _as_it_was(play)
+
+
+def _as_it_was(play: Play) -> Feedback:
+    if play.signal is None or play.closed is None:
+        raise ValueError(f"play {play.id} is pending")
+    return Feedback(play, play.signal, play.closed + 1, repeated=True)

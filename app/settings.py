@@ -1,0 +1,90 @@
+"""What an operator can set: environment variables named ENCORE_*."""
+
+from datetime import timedelta
+from typing import Literal, Self
+
+from pydantic import Field, SecretStr, field_validator
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+SCHEMES = {
+    "sqlite": "sqlite",
+    "postgresql": "postgresql+asyncpg",
+    "postgres": "postgresql+asyncpg",
+    "postgresql+asyncpg": "postgresql+asyncpg",
+}
+
+
+class Settings(BaseSettings):
+    model_config = SettingsConfigDict(env_prefix="ENCORE_", extra="ignore")
+
+    database_url: str = Field(
+        default="sqlite:///encore.db",
+        description="where everything is kept: sqlite:///FILE or postgresql://…",
+    )
+    host: str = Field(default="127.0.0.1", description="address to listen on")
+    port: int = Field(default=8000, ge=0, le=65535, description="port to listen on")
+    workers: int = Field(
+        default=1, ge=1, le=64, description="processes (PostgreSQL only)"
+    )
+    bootstrap_key: SecretStr | None = Field(
+        default=None,
+        min_length=16,
+        max_length=256,
+        description="an admin key known in advance (containers, tests)",
+    )
+    pending_ttl: timedelta = Field(
+        default=timedelta(minutes=30),
+        gt=timedelta(0),
+        description="seconds after which an unanswered play counts as none",
+    )
+    like_fraction: float = Field(
+        default=0.8,
+        gt=0,
+        le=1,
+        description="share of an item that must be played to count as a like",
+    )
+    body_limit: int = Field(
+        default=1_000_000, ge=1_000, description="bytes in a request body"
+    )
+    import_limit: int = Field(
+        default=1_000_000_000, ge=1_000, description="bytes in an import"
+    )
+    queue_limit: int = Field(
+        default=4096,
+        ge=1,
+        description="units of work that may wait to be written before 503",
+    )
+    pool_size: int = Field(
+        default=8, ge=1, le=200, description="PostgreSQL connections for reading"
+    )
+    pgbouncer: bool = Field(
+        default=False,
+        description="PostgreSQL is behind a transaction pooler: no prepared statements",
+    )
+    log_level: Literal["debug", "info", "warning", "error"] = Field(
+        default="info", description="least severe log line that is written"
+    )
+
+    @field_validator("database_url")
+    @classmethod
+    def _known_database(cls, url: str) -> str:
+        scheme, separator, rest = url.partition("://")
+        if not separator or scheme not in SCHEMES:
+            raise ValueError("expected sqlite:///FILE or postgresql://…")
+        return f"{SCHEMES[scheme]}://{rest}"
+
+    @field_validator("pending_ttl", mode="before")
+    @classmethod
+    def _plain_number_is_seconds(cls, value: object) -> object:
+        if isinstance(value, str) and value.replace(".", "", 1).isdigit():
+            return timedelta(seconds=float(value))
+        return value
+
+    @property
+    def on_sqlite(self) -> bool:
+        return self.database_url.startswith("sqlite")
+
+    def with_changes(self, **changes: object) -> Self:
+        """These settings with some replaced, validated like the rest."""
+        kept = {name: getattr(self, name) for name in type(self).model_fields}
+        return type(self)(**(kept | changes))

@@ -1,0 +1,146 @@
+"""The catalogue's items, and what each was in every catalogue before this one."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import sqlalchemy as sa
+
+from app.domain import Item
+from app.storage.store import Store
+from app.storage.tables import item_history, items
+
+INSERT = items.insert()
+REPLACE = (
+    items.update()
+    .where(items.c.serial == sa.bindparam("of"))
+    .values(
+        model=sa.bindparam("to_model"),
+        title=sa.bindparam("to_title"),
+        tags=sa.bindparam("to_tags"),
+        payload=sa.bindparam("to_payload"),
+        active=sa.bindparam("to_active"),
+        catalogue=sa.bindparam("in_catalogue"),
+        updated_at=sa.bindparam("at"),
+    )
+)
+REMEMBER = item_history.insert()
+BY_ID = sa.select(items).where(items.c.id == sa.bindparam("item"))
+CHANGED = (
+    sa.select(items)
+    .where(items.c.catalogue > sa.bindparam("since"))
+    .where(items.c.serial > sa.bindparam("after"))
+    .order_by(items.c.serial)
+    .limit(sa.bindparam("limit"))
+)
+PAGE = (
+    sa.select(items)
+    .where(items.c.id > sa.bindparam("after"))
+    .order_by(items.c.id)
+    .limit(sa.bindparam("limit"))
+)
+ACTIVE_PAGE = PAGE.where(items.c.active)
+LATEST = (
+    sa.select(item_history.c.serial, sa.func.max(item_history.c.catalogue).label("at"))
+    .where(item_history.c.catalogue <= sa.bindparam("catalogue"))
+    .group_by(item_history.c.serial)
+    .subquery()
+)
+AT = (
+    sa.select(item_history, items.c.id)
+    .join(
+        LATEST,
+        sa.and_(
+            item_history.c.serial == LATEST.c.serial,
+            item_history.c.catalogue == LATEST.c.at,
+        ),
+    )
+    .join(items, items.c.serial == item_history.c.serial)
+    .where(item_history.c.serial > sa.bindparam("after"))
+    .order_by(item_history.c.serial)
+    .limit(sa.bindparam("limit"))
+)
+SIZE = 5000
+
+
+def insert(store: Store, new: Callable[[], Iterator[Item]]) -> None:
+    store.write_many(INSERT, lambda: (_columns(item) for item in new()))
+    store.write_many(REMEMBER, lambda: (_history(item) for item in new()))
+
+
+def replace(store: Store, changed: Callable[[], Iterator[Item]]) -> None:
+    store.write_many(REPLACE, lambda: (_replacement(item) for item in changed()))
+    store.write_many(REMEMBER, lambda: (_history(item) for item in changed()))
+
+
+def by_id(store: Store, item: str) -> Item | None:
+    row = store.row(BY_ID, {"item": item})
+    return None if row is None else _item(row)
+
+
+def page(
+    store: Store, after: str, limit: int, *, retired: bool = False
+) -> Sequence[Item]:
+    """Items in order of id."""
+    statement = PAGE if retired else ACTIVE_PAGE
+    rows = store.rows(statement, {"after": after, "limit": limit})
+    return [_item(row) for row in rows]
+
+
+def changed(store: Store, since: int) -> Iterator[Item]:
+    """Items that changed after a catalogue, in order of serial."""
+    after = -1
+    while rows := store.rows(CHANGED, {"since": since, "after": after, "limit": SIZE}):
+        yield from (_item(row) for row in rows)
+        after = rows[-1].serial
+
+
+def at(store: Store, catalogue: int) -> Iterator[sa.Row[Any]]:
+    """Serial, id, model, tags and active of each item that a catalogue held."""
+    after = -1
+    while rows := store.rows(
+        AT, {"catalogue": catalogue, "after": after, "limit": SIZE}
+    ):
+        yield from rows
+        after = rows[-1].serial
+
+
+def _item(row: sa.Row[Any]) -> Item:
+    return Item(**row._mapping)  # noqa: SLF001 - its public name in SQLAlchemy
+
+
+def _columns(item: Item) -> Mapping[str, object]:
+    return {
+        "serial": item.serial,
+        "id": item.id,
+        "model": item.model,
+        "title": item.title,
+        "tags": item.tags,
+        "payload": item.payload,
+        "active": item.active,
+        "catalogue": item.catalogue,
+        "created_at": item.created_at,
+        "updated_at": item.updated_at,
+    }
+
+
+def _replacement(item: Item) -> Mapping[str, object]:
+    return {
+        "of": item.serial,
+        "to_model": item.model,
+        "to_title": item.title,
+        "to_tags": item.tags,
+        "to_payload": item.payload,
+        "to_active": item.active,
+        "in_catalogue": item.catalogue,
+        "at": item.updated_at,
+    }
+
+
+def _history(item: Item) -> Mapping[str, object]:
+    return {
+        "serial": item.serial,
+        "catalogue": item.catalogue,
+        "model": item.model,
+        "tags": item.tags,
+        "active": item.active,
+    }

@@ -1,0 +1,53 @@
+"""Keys, kept as the SHA-256 of their secret."""
+
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Any
+
+import sqlalchemy as sa
+
+from app.domain import Key, Scope
+from app.storage.store import Store
+from app.storage.tables import keys
+
+INSERT = keys.insert()
+REVOKE = (
+    keys.update()
+    .where(keys.c.id == sa.bindparam("key"))
+    .values(revoked_at=sa.bindparam("at"))
+)
+BY_DIGEST = sa.select(keys).where(keys.c.digest == sa.bindparam("digest"))
+IN_FORCE = sa.select(keys).where(keys.c.revoked_at.is_(None)).order_by(keys.c.id)
+
+
+def insert(store: Store, key: Key) -> None:
+    store.write(
+        INSERT,
+        {
+            "id": key.id,
+            "digest": key.digest,
+            "scope": key.scope.value,
+            "name": key.name,
+            "created_at": key.created_at,
+            "revoked_at": key.revoked_at,
+        },
+    )
+
+
+def revoke(store: Store, key: str, at: datetime) -> None:
+    store.write(REVOKE, {"key": key, "at": at})
+
+
+def by_digest(store: Store, digest: bytes) -> Key | None:
+    row = store.row(BY_DIGEST, {"digest": digest})
+    return None if row is None else _key(row)
+
+
+def in_force(store: Store) -> Sequence[Key]:
+    return [_key(row) for row in store.rows(IN_FORCE)]
+
+
+def _key(row: sa.Row[Any]) -> Key:
+    return Key(
+        row.id, row.digest, Scope(row.scope), row.name, row.created_at, row.revoked_at
+    )

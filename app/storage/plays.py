@@ -1,0 +1,187 @@
+"""The log of plays: the truth from which every belief can be rebuilt."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any
+from uuid import UUID
+
+import sqlalchemy as sa
+
+from app.domain import Answer, Play, Selection, Signal, Source
+from app.storage.store import Store
+from app.storage.tables import items, plays
+
+INSERT = plays.insert()
+CLOSE = (
+    plays.update()
+    .where(plays.c.user_id == sa.bindparam("user"), plays.c.id == sa.bindparam("play"))
+    .values(
+        signal=sa.bindparam("answer_signal"),
+        fraction=sa.bindparam("answer_fraction"),
+        closed=sa.bindparam("in_slot"),
+        answered_at=sa.bindparam("at"),
+    )
+)
+FORGET = plays.delete().where(plays.c.user_id == sa.bindparam("user"))
+BY_KEY = sa.select(plays).where(
+    plays.c.user_id == sa.bindparam("user"),
+    plays.c.idempotency_key == sa.bindparam("key"),
+)
+BY_ID = sa.select(plays).where(plays.c.id == sa.bindparam("play"))
+CLOSED_PLAYS = (
+    sa.select(plays.c.item, plays.c.closed, plays.c.signal)
+    .where(plays.c.user_id == sa.bindparam("user"), plays.c.closed.is_not(None))
+    .order_by(plays.c.closed)
+)
+BEFORE_SLOT = CLOSED_PLAYS.where(plays.c.closed < sa.bindparam("slot"))
+PAGE = (
+    sa.select(plays, items.c.id.label("item_id"))
+    .join(items, items.c.serial == plays.c.item)
+    .where(
+        plays.c.user_id == sa.bindparam("user"),
+        plays.c.closed.is_not(None),
+        plays.c.closed < sa.bindparam("before"),
+    )
+    .order_by(plays.c.closed.desc())
+    .limit(sa.bindparam("limit"))
+)
+
+PENDING = sa.select(sa.func.count()).where(plays.c.closed.is_(None))
+
+
+@dataclass(frozen=True, slots=True)
+class ClosedPlay:
+    """As much of a closed play as moves a belief."""
+
+    item: int
+    slot: int
+    signal: Signal
+
+
+def insert(store: Store, play: Play) -> None:
+    chosen_from = play.selection
+    store.write(
+        INSERT,
+        {
+            "user_id": play.user,
+            "id": play.id,
+            "item": play.item,
+            "slot": play.slot,
+            "closed": play.closed,
+            "source": play.source.value,
+            "policy": play.policy,
+            "catalogue": play.catalogue,
+            "model": play.model,
+            "model_version": play.model_version,
+            "seed": play.seed,
+            "selection": None if chosen_from.is_everything else _plain(chosen_from),
+            "predicted": play.predicted,
+            "propensity": play.propensity,
+            "created_at": play.created_at,
+            "signal": None if play.signal is None else play.signal.value,
+            "fraction": play.fraction,
+            "answered_at": play.answered_at,
+            "idempotency_key": play.idempotency_key,
+        },
+    )
+
+
+def close(store: Store, play: Play, slot: int, answer: Answer, at: datetime) -> None:
+    """Note the answer of a pending play, and the slot in which it took place."""
+    store.write(
+        CLOSE,
+        {
+            "user": play.user,
+            "play": play.id,
+            "answer_signal": answer.signal.value,
+            "answer_fraction": answer.fraction,
+            "in_slot": slot,
+            "at": at,
+        },
+    )
+
+
+def forget(store: Store, user: str) -> None:
+    store.write(FORGET, {"user": user})
+
+
+def by_id(store: Store, play: UUID) -> Play | None:
+    row = store.row(BY_ID, {"play": play})
+    return None if row is None else from_row(row)
+
+
+def by_idempotency_key(store: Store, user: str, key: str) -> Play | None:
+    row = store.row(BY_KEY, {"user": user, "key": key})
+    return None if row is None else from_row(row)
+
+
+def closed(store: Store, user: str, before: int | None = None) -> list[ClosedPlay]:
+    """A user's closed plays in the order in which they took place."""
+    if before is None:
+        rows = store.rows(CLOSED_PLAYS, {"user": user})
+    else:
+        rows = store.rows(BEFORE_SLOT, {"user": user, "slot": before})
+    return [ClosedPlay(row.item, row.closed, Signal(row.signal)) for row in rows]
+
+
+def page(store: Store, user: str, before: int, limit: int) -> Sequence[Play]:
+    """Closed plays before a slot, the latest first."""
+    rows = store.rows(PAGE, {"user": user, "before": before, "limit": limit})
+    return [from_row(row) for row in rows]
+
+
+def every(store: Store, user: str, size: int = 1000) -> Iterator[Play]:
+    """All closed plays of a user, the latest first."""
+    before = 2**31 - 1
+    while plays_ := page(store, user, before, size):
+        yield from plays_
+        before = plays_[-1].closed or 0
+
+
+def count_pending(store: Store) -> int:
+    row = store.row(PENDING)
+    return 0 if row is None else int(row[0])
+
+
+def from_row(row: sa.Row[Any]) -> Play:
+    return Play(
+        id=row.id,
+        user=row.user_id,
+        item=row.item,
+        slot=row.slot,
+        closed=row.closed,
+        source=Source(row.source),
+        policy=row.policy,
+        catalogue=row.catalogue,
+        model=row.model,
+        model_version=row.model_version,
+        seed=row.seed,
+        selection=_selection(row.selection),
+        predicted=row.predicted,
+        propensity=row.propensity,
+        created_at=row.created_at,
+        signal=None if row.signal is None else Signal(row.signal),
+        fraction=row.fraction,
+        answered_at=row.answered_at,
+        idempotency_key=row.idempotency_key,
+    )
+
+
+def _plain(selection: Selection) -> dict[str, object]:
+    return {
+        "tags": selection.tags,
+        "candidates": selection.candidates,
+        "excluded": selection.excluded,
+    }
+
+
+def _selection(plain: dict[str, list[str]] | None) -> Selection:
+    if plain is None:
+        return Selection()
+    candidates = plain["candidates"]
+    return Selection(
+        tags=tuple(plain["tags"]),
+        candidates=None if candidates is None else tuple(candidates),
+        excluded=tuple(plain["excluded"]),
+    )

@@ -1,0 +1,37 @@
+"""Which catalogue and policy are in force: one row, compared and set."""
+
+import sqlalchemy as sa
+
+from app.domain import Revision
+from app.storage import tables
+from app.storage.store import Store
+
+CURRENT = sa.select(tables.revision)
+SET_CATALOGUE = tables.revision.update().values(
+    catalogue=sa.bindparam("to_catalogue"), epoch=sa.bindparam("to_epoch")
+)
+SET_POLICY = tables.revision.update().values(policy=sa.bindparam("to_policy"))
+
+
+def current(store: Store) -> Revision:
+    row = store.row(CURRENT)
+    if row is None:
+        raise LookupError("the database has no revision row: it was not migrated")
+    return Revision(row.catalogue, row.epoch, row.policy)
+
+
+def advance_catalogue(store: Store, known: Revision, *, new_epoch: bool) -> int:
+    """Note a change of the catalogue, written only if none came before it."""
+    version = known.catalogue + 1
+    store.rely_on_revision("catalogue", known.catalogue)
+    epoch = version if new_epoch else known.epoch
+    store.write(SET_CATALOGUE, {"to_catalogue": version, "to_epoch": epoch})
+    return version
+
+
+def advance_policy(store: Store, known: Revision) -> int:
+    """Note a change of policy, written only if none came before it."""
+    version = known.policy + 1
+    store.rely_on_revision("policy", known.policy)
+    store.write(SET_POLICY, {"to_policy": version})
+    return version

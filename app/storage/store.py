@@ -1,0 +1,91 @@
+"""A unit of work: what it reads at once, and what it wants written.
+
+Reads go straight to the database. Writes are only noted, together with the versions
+on which the unit relied; the writer applies them in a group commit if those versions
+still stand (compare and set), else the unit runs again on what has changed.
+"""
+
+import asyncio
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from typing import Any, Protocol, TypeVar
+
+import sqlalchemy as sa
+from sqlalchemy.util import await_only
+
+T = TypeVar("T")
+Params = Mapping[str, object]
+
+
+class Rows(Protocol):
+    """Rows to write, made anew for each try."""
+
+    def __call__(self) -> Iterator[Params]: ...
+
+
+@dataclass(slots=True)
+class Changes:
+    """What a unit of work wants written, and the versions on which that relies."""
+
+    users: dict[str, int] = field(default_factory=dict)
+    revision: dict[str, int] = field(default_factory=dict)
+    writes: dict[sa.Executable, list[Params]] = field(default_factory=dict)
+    bulk: list[tuple[sa.Executable, Rows]] = field(default_factory=list)
+
+    def __bool__(self) -> bool:
+        return bool(self.writes or self.bulk)
+
+
+class Store:
+    """All queries of one unit of work."""
+
+    def __init__(self, reader: sa.Engine, executor: Executor) -> None:
+        self._reader = reader
+        self._executor = executor
+        self.changes = Changes()
+
+    def rows(
+        self, statement: sa.Executable, params: Params | None = None
+    ) -> Sequence[sa.Row[Any]]:
+        with self._reader.connect() as connection:
+            return connection.execute(statement, params).all()
+
+    def row(
+        self, statement: sa.Executable, params: Params | None = None
+    ) -> sa.Row[Any] | None:
+        with self._reader.connect() as connection:
+            return connection.execute(statement, params).first()
+
+    def write(self, statement: sa.Executable, *rows: Params) -> None:
+        """Note rows to be written with this statement."""
+        self.changes.writes.setdefault(statement, []).extend(rows)
+
+    def write_many(self, statement: sa.Executable, rows: Rows) -> None:
+        """Note rows too many to hold; such a unit is committed alone."""
+        self.changes.bulk.append((statement, rows))
+
+    def rely_on_user(self, user: str, version: int) -> None:
+        """Write only if the user is still at this version (0: never seen)."""
+        self.changes.users[user] = version
+
+    def rely_on_revision(self, part: str, number: int) -> None:
+        """Write only if this part of the revision still stands."""
+        self.changes.revision[part] = number
+
+    def aside(self, work: Callable[[], T]) -> T:
+        """Compute something long without holding up other requests."""
+        loop = asyncio.get_running_loop()
+        return await_only(loop.run_in_executor(self._executor, work))
+
+
+def chunks(rows: Iterable[Params], size: int = 1000) -> Iterator[list[Params]]:
+    """Rows in lists of at most this many."""
+    chunk: list[Params] = []
+    for row in rows:
+        chunk.append(row)
+        if len(chunk) == size:
+            yield chunk
+            chunk = []
+    if chunk:
+        yield chunk

@@ -1,0 +1,189 @@
+"""The tables. Everything that belongs to a user is keyed by the user first."""
+
+from datetime import UTC, datetime
+
+import sqlalchemy as sa
+from sqlalchemy.engine import Dialect
+from sqlalchemy.types import TypeDecorator
+
+metadata = sa.MetaData(
+    naming_convention={
+        "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+        "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+        "fk": "fk_%(table_name)s_%(column_0_N_name)s",
+        "ck": "ck_%(table_name)s_%(constraint_name)s",
+        "pk": "pk_%(table_name)s",
+    }
+)
+
+
+class Instant(TypeDecorator[datetime]):
+    """A moment in UTC; SQLite, which knows no time zones, keeps it without one."""
+
+    impl = sa.DateTime(timezone=True)
+    cache_ok = True
+
+    def process_bind_param(
+        self, value: datetime | None, dialect: Dialect
+    ) -> datetime | None:
+        if value is None or dialect.name != "sqlite":
+            return value
+        return value.astimezone(UTC).replace(tzinfo=None)
+
+    def process_result_value(
+        self, value: datetime | None, dialect: Dialect
+    ) -> datetime | None:
+        if value is None or dialect.name != "sqlite":
+            return value
+        return value.replace(tzinfo=UTC)
+
+
+ID = sa.String(128)
+
+revision = sa.Table(
+    "revision",
+    metadata,
+    sa.Column("id", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("catalogue", sa.Integer, nullable=False),
+    sa.Column("epoch", sa.Integer, nullable=False),
+    sa.Column("policy", sa.Integer, nullable=False),
+    sa.CheckConstraint("id = 1", name="single"),
+)
+
+models = sa.Table(
+    "models",
+    metadata,
+    sa.Column("id", ID, primary_key=True),
+    sa.Column("version", sa.Integer, primary_key=True),
+    sa.Column("states", sa.JSON, nullable=False),
+    sa.Column("play", sa.JSON, nullable=False),
+    sa.Column("rest", sa.JSON, nullable=False),
+    sa.Column("like", sa.JSON, nullable=False),
+    sa.Column("prior", sa.JSON, nullable=False),
+    sa.Column("source", sa.Text, nullable=False),
+    sa.Column("created_at", Instant, nullable=False),
+    sa.Column("catalogue", sa.Integer, nullable=False),
+    sa.Column("retired", sa.Boolean, nullable=False),
+    sa.Index(None, "catalogue"),
+)
+
+items = sa.Table(
+    "items",
+    metadata,
+    sa.Column("serial", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("id", ID, nullable=False, unique=True),
+    sa.Column("model", ID, nullable=False),
+    sa.Column("title", sa.Text, nullable=False),
+    sa.Column("tags", sa.JSON, nullable=False),
+    sa.Column("payload", sa.JSON, nullable=False),
+    sa.Column("active", sa.Boolean, nullable=False),
+    sa.Column("catalogue", sa.Integer, nullable=False),
+    sa.Column("created_at", Instant, nullable=False),
+    sa.Column("updated_at", Instant, nullable=False),
+    sa.Index(None, "catalogue"),
+    sa.Index(None, "model"),
+)
+
+item_history = sa.Table(
+    "item_history",
+    metadata,
+    sa.Column("serial", sa.Integer, primary_key=True),
+    sa.Column("catalogue", sa.Integer, primary_key=True),
+    sa.Column("model", ID, nullable=False),
+    sa.Column("tags", sa.JSON, nullable=False),
+    sa.Column("active", sa.Boolean, nullable=False),
+)
+
+users = sa.Table(
+    "users",
+    metadata,
+    sa.Column("id", ID, primary_key=True),
+    sa.Column("slot", sa.Integer, nullable=False),
+    sa.Column("pending", sa.Uuid, nullable=True),
+    sa.Column("version", sa.BigInteger, nullable=False),
+    sa.Column("last_seen", Instant, nullable=False),
+)
+
+beliefs = sa.Table(
+    "beliefs",
+    metadata,
+    sa.Column("user_id", ID, primary_key=True),
+    sa.Column("epoch", sa.Integer, nullable=False),
+    sa.Column("packed", sa.LargeBinary, nullable=False),
+)
+
+plays = sa.Table(
+    "plays",
+    metadata,
+    sa.Column("user_id", ID, primary_key=True),
+    sa.Column("id", sa.Uuid, primary_key=True),
+    sa.Column("item", sa.Integer, nullable=False),
+    sa.Column("slot", sa.Integer, nullable=False),
+    sa.Column("closed", sa.Integer, nullable=True),
+    sa.Column("source", sa.String(16), nullable=False),
+    sa.Column("policy", sa.Integer, nullable=True),
+    sa.Column("catalogue", sa.Integer, nullable=False),
+    sa.Column("model", ID, nullable=False),
+    sa.Column("model_version", sa.Integer, nullable=False),
+    sa.Column("seed", sa.BigInteger, nullable=True),
+    sa.Column("selection", sa.JSON(none_as_null=True), nullable=True),
+    sa.Column("predicted", sa.Double, nullable=False),
+    sa.Column("propensity", sa.Double, nullable=True),
+    sa.Column("created_at", Instant, nullable=False),
+    sa.Column("signal", sa.String(64), nullable=True),
+    sa.Column("fraction", sa.Double, nullable=True),
+    sa.Column("answered_at", Instant, nullable=True),
+    sa.Column("idempotency_key", sa.String(255), nullable=True),
+    sa.Index(None, "id"),
+    sa.Index("uq_plays_user_id_closed", "user_id", "closed", unique=True),
+    sa.Index(
+        "uq_plays_pending",
+        "user_id",
+        unique=True,
+        sqlite_where=sa.text("closed IS NULL"),
+        postgresql_where=sa.text("closed IS NULL"),
+    ),
+    sa.Index(
+        "uq_plays_user_id_idempotency_key",
+        "user_id",
+        "idempotency_key",
+        unique=True,
+        sqlite_where=sa.text("idempotency_key IS NOT NULL"),
+        postgresql_where=sa.text("idempotency_key IS NOT NULL"),
+    ),
+)
+
+policies = sa.Table(
+    "policies",
+    metadata,
+    sa.Column("version", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("name", sa.String(64), nullable=False),
+    sa.Column("params", sa.JSON, nullable=False),
+    sa.Column("note", sa.Text, nullable=False),
+    sa.Column("activated_at", Instant, nullable=False),
+    sa.Column("by", sa.String(64), nullable=False),
+    sa.Column("restores", sa.Integer, nullable=True),
+)
+
+keys = sa.Table(
+    "keys",
+    metadata,
+    sa.Column("id", sa.String(64), primary_key=True),
+    sa.Column("digest", sa.LargeBinary(32), nullable=False, unique=True),
+    sa.Column("scope", sa.String(16), nullable=False),
+    sa.Column("name", sa.Text, nullable=False),
+    sa.Column("created_at", Instant, nullable=False),
+    sa.Column("revoked_at", Instant, nullable=True),
+)
+
+audit = sa.Table(
+    "audit",
+    metadata,
+    sa.Column("id", sa.Uuid, primary_key=True),
+    sa.Column("at", Instant, nullable=False),
+    sa.Column("by", sa.String(64), nullable=False),
+    sa.Column("action", sa.String(64), nullable=False),
+    sa.Column("subject", sa.Text, nullable=False),
+    sa.Column("detail", sa.JSON, nullable=False),
+    sa.Index(None, "at"),
+)

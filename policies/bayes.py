@@ -1,0 +1,167 @@
+"""The arithmetic of beliefs, compiled; `belief` says what it means.
+
+Inner functions take whole arrays and rows of them: a view costs more than the sum it is
+made for. Sums run over states in ascending order, so states that a model is padded with
+change no bit of a result.
+"""
+
+import numpy as np
+
+from policies.arrays import Floats, Ints
+from policies.compiled import compiled
+from policies.model_set import ModelSet
+
+SKIP = 0
+LIKE = 1
+NONE = 2
+
+IMPOSSIBLE = float(np.finfo(np.float64).tiny)
+
+
+@compiled
+def like_chance(like: Floats, m: int, belief: Floats, row: int) -> float:
+    """Return r(pi), at most 1, of a row of beliefs (R, S), by row m of (M, S)."""
+    chance = 0.0
+    for i in range(belief.shape[1]):
+        chance += belief[row, i] * like[m, i]
+    return min(chance, 1.0)
+
+
+@compiled
+def move(
+    matrices: Floats, m: int, belief: Floats, row: int, after: Floats, to: int
+) -> None:
+    """Write belief[row] @ matrices[m] into after[to], another row.
+
+    Args:
+        matrices: (M, S, S).
+        m: row of the matrix.
+        belief: (R, S).
+        row: row of the belief.
+        after: (Q, S).
+        to: row of the result.
+    """
+    for j in range(belief.shape[1]):
+        weight = 0.0
+        for i in range(belief.shape[1]):
+            weight += belief[row, i] * matrices[m, i, j]
+        after[to, j] = weight
+
+
+@compiled
+def learn(
+    models: ModelSet,
+    m: int,
+    belief: Floats,
+    row: int,
+    signal: int,
+    after: Floats,
+    to: int,
+) -> float:
+    """Write the belief after a play of model m into after[to]; see `move`.
+
+    Returns the chance of the signal. Below IMPOSSIBLE the belief has moved as without
+    an answer.
+    """
+    chance = _learn(models, m, belief, row, signal, after, to)
+    if chance < IMPOSSIBLE:
+        _learn(models, m, belief, row, NONE, after, to)
+    return 1.0 if signal == NONE else chance
+
+
+@compiled
+def _learn(
+    models: ModelSet,
+    m: int,
+    belief: Floats,
+    row: int,
+    signal: int,
+    after: Floats,
+    to: int,
+) -> float:
+    chance = 0.0
+    for i in range(belief.shape[1]):
+        chance += belief[row, i] * _signal_chance(models.like[m, i], signal)
+    for j in range(belief.shape[1]):
+        weight = 0.0
+        for i in range(belief.shape[1]):
+            told = belief[row, i] * _signal_chance(models.like[m, i], signal)
+            weight += told * models.play[m, i, j]
+        after[to, j] = weight / chance
+    return chance
+
+
+@compiled
+def _signal_chance(like: float, signal: int) -> float:
+    if signal == LIKE:
+        return like
+    return 1.0 - like if signal == SKIP else 1.0
+
+
+@compiled
+def rest(
+    models: ModelSet, m: int, belief: Floats, row: int, slots: int, spare: Floats
+) -> None:
+    """Move belief[row] on by slots of rest, in place; `spare` is (1, S)."""
+    level = 0
+    while slots > 0:
+        if slots & 1:
+            move(models.rest_powers[m], level, belief, row, spare, 0)
+            belief[row] = spare[0]
+        slots >>= 1
+        level += 1
+
+
+@compiled
+def rested(models: ModelSet, model: Ints, belief: Floats, slots: Ints) -> Floats:
+    """See `belief.rested`."""
+    after = belief.copy()
+    spare = np.empty((1, belief.shape[1]))
+    for k in range(len(after)):
+        rest(models, model[k], after, k, slots[k], spare)
+    return after
+
+
+@compiled
+def expected_like(models: ModelSet, model: Ints, belief: Floats) -> Floats:
+    """See `belief.expected_like`."""
+    chances = np.empty(len(model))
+    for k in range(len(model)):
+        chances[k] = like_chance(models.like, model[k], belief, k)
+    return chances
+
+
+@compiled
+def answered(
+    models: ModelSet, m: int, belief: Floats, signal: int
+) -> tuple[Floats, float]:
+    """Return the belief after a play and the chance of its signal."""
+    after = np.empty((1, len(belief)))
+    chance = learn(models, m, belief.reshape(1, -1), 0, signal, after, 0)
+    return after[0], chance
+
+
+@compiled
+def replayed(
+    models: ModelSet, m: int, slots: Ints, signals: Ints
+) -> tuple[int, Floats]:
+    """See `belief.replayed`."""
+    belief = models.prior[m : m + 1].copy()
+    spare = np.empty_like(belief)
+    slot = 0
+    for p in range(len(slots)):
+        rest(models, m, belief, 0, slots[p] - slot, spare)
+        learn(models, m, belief, 0, signals[p], spare, 0)
+        belief[0] = spare[0]
+        slot = slots[p] + 1
+    return slot, belief[0]
+
+
+@compiled
+def forecast(models: ModelSet, m: int, belief: Floats, slots: int) -> Floats:
+    """See `belief.forecast`."""
+    beliefs = np.empty((slots + 1, len(belief)))
+    beliefs[0] = belief
+    for k in range(slots):
+        move(models.rest, m, beliefs, k, beliefs, k + 1)
+    return expected_like(models, np.full(slots, m), beliefs[1:])

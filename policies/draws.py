@@ -1,0 +1,49 @@
+"""The random numbers of a rollout: who likes what, and what a random base plays."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from policies.arrays import Floats, Ints
+from policies.compiled import compiled
+from policies.randomness import ANSWERS, ITEMS, uniform
+
+_DEPTHS = 64  # more than a trajectory has plays: candidates get positions of their own
+
+
+class Draws(NamedTuple):
+    """Random numbers of D plays in each of L trajectories.
+
+    Attributes:
+        answers: (D, L) in [0, 1), a play is liked if its chance lies above.
+        items: (D, L) ordinals of the items that a random base plays; (0, 0) otherwise.
+    """
+
+    answers: Floats
+    items: Ints
+
+
+@compiled
+def empty_draws(plays: int, trajectories: int, items: bool) -> Draws:
+    """Make room for random numbers, also for `items` if a base draws them."""
+    rows, columns = (plays, trajectories) if items else (0, 0)
+    return Draws(
+        np.empty((plays, trajectories)), np.empty((rows, columns), dtype=np.int64)
+    )
+
+
+@compiled
+def draw(draws: Draws, seed: int, candidate: int, total: int) -> None:
+    """Fill `draws` for a first action, choosing uniformly among `total` items.
+
+    First actions that pass the same `candidate` share all random numbers.
+    """
+    plays, trajectories = draws.answers.shape
+    for h in range(plays):
+        position = candidate * _DEPTHS + h
+        for t in range(trajectories):
+            draws.answers[h, t] = uniform(seed, ANSWERS, t, position)
+    for h in range(len(draws.items)):
+        position = candidate * _DEPTHS + h
+        for t in range(trajectories):
+            draws.items[h, t] = np.int64(uniform(seed, ITEMS, t, position) * total)

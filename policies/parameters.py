@@ -1,0 +1,102 @@
+"""What values a policy's parameters may take, declared on its fields.
+
+A field reads `Annotated[int, Bounds(1, 50), "what it means"]` or
+`Annotated[Literal["a", "b"], "what it means"]`; a schema can be derived from that.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Literal, get_args, get_origin, get_type_hints
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """The range of a number, both ends included unless `below` excludes `high`."""
+
+    low: float
+    high: float
+    below: bool = False
+
+    def hold(self, value: float) -> bool:
+        """Say whether `value` lies in the range; NaN never does."""
+        return self.low <= value and (
+            value < self.high if self.below else value <= self.high
+        )
+
+    def __str__(self) -> str:
+        return f"from {self.low} to {'below ' if self.below else ''}{self.high}"
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One declared field of a policy.
+
+    Attributes:
+        name: the field's name.
+        kind: `int`, `float`, `bool` or `str` (a choice).
+        bounds: range of a number, None if it has none.
+        choices: allowed strings, empty if the field is no choice.
+        description: what the field means.
+    """
+
+    name: str
+    kind: type
+    bounds: Bounds | None
+    choices: tuple[str, ...]
+    description: str
+
+
+def parameters(policy: type) -> Iterator[Parameter]:
+    """Yield the parameters that the class `policy` declares, in order."""
+    hints = get_type_hints(policy, include_extras=True)
+    for name, hint in hints.items():
+        if get_origin(hint) is Annotated:
+            yield _parameter(name, *get_args(hint))
+
+
+def check(policy: object) -> None:
+    """Check every parameter of `policy` against its declaration.
+
+    Raises:
+        ValueError: a value has the wrong type or lies out of range; names the field.
+    """
+    for parameter in parameters(type(policy)):
+        value: object = getattr(policy, parameter.name)
+        if not _fits(parameter, value):
+            raise ValueError(
+                f"{parameter.name}: must be {_wanted(parameter)}, not {value!r}"
+            )
+
+
+def _parameter(name: str, base: object, *metadata: object) -> Parameter:
+    choices = get_args(base) if get_origin(base) is Literal else ()
+    bounds = [extra for extra in metadata if isinstance(extra, Bounds)]
+    description = [extra for extra in metadata if isinstance(extra, str)]
+    return Parameter(
+        name=name,
+        kind=base if isinstance(base, type) else str,
+        bounds=bounds[0] if bounds else None,
+        choices=choices,
+        description=description[0] if description else "",
+    )
+
+
+def _fits(parameter: Parameter, value: object) -> bool:
+    if parameter.choices:
+        return isinstance(value, str) and value in parameter.choices
+    if parameter.kind is bool or isinstance(value, bool):
+        return parameter.kind is bool and isinstance(value, bool)
+    if not isinstance(value, int if parameter.kind is int else int | float):
+        return False
+    bounds = parameter.bounds or Bounds(-math.inf, math.inf, below=True)
+    return bounds.hold(value)
+
+
+def _wanted(parameter: Parameter) -> str:
+    if parameter.choices:
+        return f"one of {', '.join(parameter.choices)}"
+    if parameter.kind is bool:
+        return "true or false"
+    number = "a whole number" if parameter.kind is int else "a number"
+    return f"{number} {parameter.bounds}" if parameter.bounds else number

@@ -1,0 +1,65 @@
+"""Compiling ahead, so that no request waits for it."""
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+
+from policies.bayes import LIKE
+from policies.belief import (
+    answered,
+    expected_like,
+    forecast,
+    replayed,
+    rested,
+    untouched,
+)
+from policies.choice import choose
+from policies.model import Model
+from policies.model_set import ModelSet
+from policies.parameters import Parameter, parameters
+from policies.policy import Policy
+from policies.registry import POLICIES, create
+from policies.situation import NEVER, Situation
+
+
+def warm_up() -> None:
+    """Compile all that a service calls, or load it from the cache: about a second.
+
+    Covers every belief function, `choose`, and every policy in all its variants.
+    """
+    even = [[0.5, 0.5], [0.5, 0.5]]
+    models = ModelSet.of([Model(("low", "high"), even, even, [0.2, 0.8], even[0])])
+    _follow_beliefs(models)
+    situation = Situation(
+        models,
+        np.zeros(2, dtype=np.int64),
+        np.full((2, 2), 0.5),
+        np.array([1, 2]),
+        np.array([1, NEVER]),
+    )
+    for policy in _variants():
+        scores = policy.prepare(models)(situation, 0)
+        choose(scores, situation.count, 0)
+
+
+def _follow_beliefs(models: ModelSet) -> None:
+    rows, belief = np.zeros(1, dtype=np.int64), untouched(models, 1)
+    rested(models, rows, belief, rows)
+    expected_like(models, rows, belief)
+    answered(models, 0, belief[0], LIKE)
+    replayed(models, 0, rows, rows)
+    forecast(models, 0, belief[0], 1)
+
+
+def _variants() -> Iterator[Policy]:
+    """Yield each policy once for every combination of its choices and switches."""
+    for name, policy in POLICIES.items():
+        switches = [p for p in parameters(policy) if p.choices or p.kind is bool]
+        for values in product(*map(_values, switches)):
+            names = (switch.name for switch in switches)
+            yield create(name, dict(zip(names, values, strict=True)))
+
+
+def _values(switch: Parameter) -> tuple[object, ...]:
+    return switch.choices or (False, True)
