@@ -8,7 +8,7 @@ change no bit of a result.
 import numpy as np
 
 from policies.arrays import Floats, Ints
-from policies.compiled import compiled
+from policies.compiled import compiled, inner
 from policies.model_set import ModelSet
 
 SKIP = 0
@@ -18,7 +18,7 @@ NONE = 2
 IMPOSSIBLE = float(np.finfo(np.float64).tiny)
 
 
-@compiled
+@inner
 def like_chance(like: Floats, m: int, belief: Floats, row: int) -> float:
     """Return r(pi), at most 1, of a row of beliefs (R, S), by row m of (M, S)."""
     chance = 0.0
@@ -27,7 +27,7 @@ def like_chance(like: Floats, m: int, belief: Floats, row: int) -> float:
     return min(chance, 1.0)
 
 
-@compiled
+@inner
 def move(
     matrices: Floats, m: int, belief: Floats, row: int, after: Floats, to: int
 ) -> None:
@@ -48,7 +48,7 @@ def move(
         after[to, j] = weight
 
 
-@compiled
+@inner
 def learn(
     models: ModelSet,
     m: int,
@@ -69,7 +69,7 @@ def learn(
     return 1.0 if signal == NONE else chance
 
 
-@compiled
+@inner
 def _learn(
     models: ModelSet,
     m: int,
@@ -91,7 +91,7 @@ def _learn(
     return chance
 
 
-@compiled
+@inner
 def _signal_chance(like: float, signal: int) -> float:
     if signal == LIKE:
         return like
@@ -99,7 +99,7 @@ def _signal_chance(like: float, signal: int) -> float:
 
 
 @compiled
-def rest(
+def _rest(
     models: ModelSet, m: int, belief: Floats, row: int, slots: int, spare: Floats
 ) -> None:
     """Move belief[row] on by slots of rest, in place; `spare` is (1, S)."""
@@ -118,7 +118,7 @@ def rested(models: ModelSet, model: Ints, belief: Floats, slots: Ints) -> Floats
     after = belief.copy()
     spare = np.empty((1, belief.shape[1]))
     for k in range(len(after)):
-        rest(models, model[k], after, k, slots[k], spare)
+        _rest(models, model[k], after, k, slots[k], spare)
     return after
 
 
@@ -150,7 +150,7 @@ def replayed(
     spare = np.empty_like(belief)
     slot = 0
     for p in range(len(slots)):
-        rest(models, m, belief, 0, slots[p] - slot, spare)
+        _rest(models, m, belief, 0, slots[p] - slot, spare)
         learn(models, m, belief, 0, signals[p], spare, 0)
         belief[0] = spare[0]
         slot = slots[p] + 1

@@ -41,7 +41,8 @@ class BestFixed:
         worth = np.linalg.solve(moves, models.like[..., None])[..., 0]  # (M, S)
 
         def scores(situation: Situation, _seed: int) -> Floats:
-            return (situation.belief * worth[situation.model]).sum(axis=1)
+            total: Floats = (situation.belief * worth[situation.model]).sum(axis=1)
+            return total
 
         return scores
 

@@ -53,7 +53,7 @@ def _choose(scores: Floats, count: Ints, seed: int) -> tuple[int, int, int]:
             best, tied = g, 0
         if scores[g] == scores[best]:
             tied += count[g]
-    ordinal = np.int64(uniform(seed, TIES, 0, 0) * tied)
+    ordinal = int(uniform(seed, TIES, 0, 0) * tied)
     group = best
     while ordinal >= count[group]:
         ordinal -= count[group]

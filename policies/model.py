@@ -78,7 +78,7 @@ def _names(states: Sequence[str]) -> Sequence[str]:
     if isinstance(states, str) or len(states) < 2:  # noqa: PLR2004 - a chain
         raise InvalidModel("states", "needs at least two names")
     for i, name in enumerate(states):
-        if not (isinstance(name, str) and name.strip()):
+        if not str(name).strip():
             raise InvalidModel(f"states[{i}]", "needs a name")
         if name in states[:i]:
             raise InvalidModel(f"states[{i}]", f"the name {name!r} is taken")

@@ -10,7 +10,7 @@ from policies.situation import Situation
 class Scorer(Protocol):
     """A policy that is ready for one model set."""
 
-    def __call__(self, situation: Situation, seed: int) -> Floats:
+    def __call__(self, situation: Situation, seed: int, /) -> Floats:
         """Return (G,) finite scores; the highest is played, ties by lot."""
 
 
@@ -26,8 +26,8 @@ class Policy(Protocol):
 
     rest_matters: ClassVar[bool]
 
-    def prepare(self, models: ModelSet) -> Scorer:
+    def prepare(self, models: ModelSet, /) -> Scorer:
         """Compute what depends on the models alone; slow, once per model set."""
 
-    def cost(self, situation: Situation) -> float:
+    def cost(self, situation: Situation, /) -> float:
         """Estimate the microseconds that scoring `situation` takes, roughly."""

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from policies.compiled import compiled
+from policies.compiled import compiled, inner
 
 TIES = 0
 ANSWERS = 1
@@ -26,7 +26,7 @@ _WEYL = (np.uint64(0x9E3779B9), np.uint64(0xBB67AE85))
 _ROUNDS = 10
 
 
-@compiled
+@inner
 def philox(counter: Words, key: tuple[np.uint64, np.uint64]) -> Words:
     """Scramble a counter of four 32-bit words under a key of two."""
     a, b, c, d = counter

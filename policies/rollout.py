@@ -8,23 +8,24 @@ with belief pi, a trajectory l follows the base policy, and
 
 The paper leaves open which play comes with h = 1. In the reading "tail" it is the
 base's first, and the base plays H times: Bellman's equation. In the reading "literal"
-it is the play of a itself, whose reward so counts twice, and the base plays H - 1 times.
+it is that of a itself, whose reward so counts twice, and the base plays H - 1 times.
 """
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 
 from policies.arrays import Floats
 from policies.compiled import compiled
-from policies.draws import draw, empty_draws
+from policies.draws import Plan, draw, empty_draws
 from policies.model_set import ModelSet
 from policies.parameters import Bounds, check
+from policies.path import Imagined, empty_path
 from policies.policy import Scorer
 from policies.schedule import Groups, scheduled
 from policies.situation import Situation
-from policies.trajectories import Imagined, empty_path, total_reward
+from policies.trajectories import total_reward
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,34 +103,24 @@ class Rollout:
 
     def _weights(self) -> Floats:
         """Return (D,): worth of the rewards at depth 0 (the first play), 1, 2, ..."""
-        powers = float(self.discount) ** np.arange(self.horizon + 1)
+        depths = np.arange(self.horizon + 1)
+        powers: Floats = np.float64(self.discount) ** depths
         if self.reading == "literal":
             return powers[1:]
         powers[0] = 0.0  # the first play's own reward is added once, exactly
         return powers
 
 
-class Plan(NamedTuple):
-    """A rollout's parameters as compiled code takes them."""
-
-    weights: Floats
-    trajectories: int
-    random: bool
-    click: bool
-    common: bool
-
-
 @compiled
 def _scores(models: ModelSet, groups: Groups, plan: Plan, seed: int) -> Floats:
-    plays = len(plan.weights)
-    draws = empty_draws(plays, plan.trajectories, plan.random)
-    path = empty_path(plays, plan.trajectories, groups.belief.shape[1])
-    schedule = scheduled(models, groups, plays)
-    imagined = Imagined(models, groups, schedule, draws, path)
+    draws = empty_draws(plan)
+    path = empty_path(plan, groups.belief.shape[1])
+    schedule = scheduled(models, groups, len(plan.weights))
+    imagined = Imagined(models, groups, plan, schedule, draws, path)
     scores = np.empty(len(groups.model))
     for g in range(len(scores)):
         if g == 0 or not plan.common:
             draw(draws, seed, g, schedule.last[-1])
-        future = total_reward(imagined, plan.weights, plan.click, g)
+        future = total_reward(imagined, g)
         scores[g] = schedule.like[0, g] + future / plan.trajectories
     return scores

@@ -11,7 +11,7 @@ import numpy as np
 
 from policies.arrays import Floats, Ints
 from policies.bayes import like_chance, move
-from policies.compiled import compiled
+from policies.compiled import compiled, inner
 from policies.model_set import ModelSet
 
 
@@ -21,12 +21,12 @@ class Groups(NamedTuple):
     Attributes:
         model: (G,).
         belief: (G, S).
-        count: (G,).
+        size: (G,) number of items.
     """
 
     model: Ints
     belief: Floats
-    count: Ints
+    size: Ints
 
 
 class Schedule(NamedTuple):
@@ -49,28 +49,36 @@ class Schedule(NamedTuple):
 @compiled
 def scheduled(models: ModelSet, groups: Groups, plays: int) -> Schedule:
     """Let all groups rest for the slots of `plays` plays."""
-    size = len(groups.model)
+    total = len(groups.model)
     schedule = Schedule(
-        np.empty((plays * size, groups.belief.shape[1])),
-        np.empty((plays, size)),
-        np.empty((plays, min(plays, size)), dtype=np.int64),
-        np.cumsum(groups.count),
+        np.empty((plays * total, groups.belief.shape[1])),
+        np.empty((plays, total)),
+        np.empty((plays, min(plays, total)), dtype=np.int64),
+        np.cumsum(groups.size),
     )
-    belief, like = schedule.belief, schedule.like
-    belief[:size] = groups.belief
+    for g in range(total):
+        for i in range(groups.belief.shape[1]):
+            schedule.belief[g, i] = groups.belief[g, i]
     for h in range(plays):
-        for g in range(size):
-            m, row = groups.model[g], h * size + g
-            if h > 0:
-                move(models.rest, m, belief, row - size, belief, row)
-            like[h, g] = like_chance(models.like, m, belief, row)
-        _rank(like, h, schedule.order)
+        _fill(models, groups, schedule, h)
+        _rank(schedule.like, h, schedule.order)
     return schedule
 
 
-@compiled
+@inner
+def _fill(models: ModelSet, groups: Groups, schedule: Schedule, h: int) -> None:
+    """Write beliefs and chances in slot h."""
+    total = len(groups.model)
+    for g in range(total):
+        m, row = groups.model[g], h * total + g
+        if h > 0:
+            move(models.rest, m, schedule.belief, row - total, schedule.belief, row)
+        schedule.like[h, g] = like_chance(models.like, m, schedule.belief, row)
+
+
+@inner
 def _rank(values: Floats, h: int, order: Ints) -> None:
-    """Write the columns of the highest values[h] into order[h]: highest, lowest first."""
+    """Write the columns of the highest values[h] to order[h]; ties by column."""
     ranked = 0
     for g in range(values.shape[1]):
         full = ranked == order.shape[1]

@@ -1,0 +1,40 @@
+"""What a request is counted and logged as, once it is committed."""
+
+import structlog
+
+from app.domain import Play, Signal
+from app.metrics import DECISIONS, FEEDBACK, IMPOSSIBLE, SURPRISE
+from app.services.listening import Feedback, Next
+
+logger = structlog.get_logger()
+
+
+def served(upcoming: Next) -> None:
+    """A play was offered."""
+    offer = upcoming.offer
+    structlog.contextvars.bind_contextvars(
+        user=offer.play.user, play=str(offer.play.id)
+    )
+    if offer.took is not None:
+        DECISIONS.labels(offer.policy.name).observe(offer.took)
+    if upcoming.expired is not None:
+        _closed(upcoming.expired, Signal.NONE)
+
+
+def answered(feedback: Feedback) -> None:
+    """An answer was taken."""
+    play = feedback.play
+    structlog.contextvars.bind_contextvars(user=play.user, play=str(play.id))
+    learned = feedback.learned
+    if learned is not None:
+        _closed(play, feedback.signal)
+        if feedback.signal is not Signal.NONE:
+            SURPRISE.labels(str(play.policy or "reported")).observe(learned.surprise)
+        if learned.impossible:
+            IMPOSSIBLE.inc()
+    if feedback.next is not None:
+        served(feedback.next)
+
+
+def _closed(play: Play, signal: Signal) -> None:
+    FEEDBACK.labels(signal.value, play.source.value).inc()

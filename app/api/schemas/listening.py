@@ -1,0 +1,100 @@
+"""Forms of the loop that listeners live in."""
+
+from collections.abc import Mapping
+from typing import Annotated, Self
+from uuid import UUID
+
+from pydantic import Field, model_validator
+
+from app.api.schemas.fields import Chance, Form, Id
+from app.domain import Selection, Signal
+from app.services.listening import Feedback, Next
+from app.services.standing import Offer
+
+Ids = Annotated[list[Id], Field(max_length=10_000)]
+
+
+class SelectionForm(Form):
+    """Which items may be chosen."""
+
+    tags: Annotated[Ids, Field(description="the item carries all of these")] = []
+    candidates: Annotated[
+        Ids | None, Field(description="it is one of these", min_length=1)
+    ] = None
+    exclude: Annotated[Ids, Field(description="it is none of these")] = []
+
+    def selection(self) -> Selection:
+        named = None if self.candidates is None else tuple(self.candidates)
+        return Selection(tuple(self.tags), named, tuple(self.exclude))
+
+
+class FeedbackForm(Form):
+    """The answer to a play: a signal, or the share of the item that was played."""
+
+    signal: Signal | None = None
+    fraction: Annotated[Chance | None, Field(strict=True, examples=[0.93])] = None
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Self:
+        if (self.signal is None) == (self.fraction is None):
+            raise ValueError("give either a signal or a fraction")
+        return self
+
+
+class PolicyName(Form):
+    version: int
+    name: str
+
+
+class NextPlay(Form):
+    """The play to show now."""
+
+    play: UUID
+    user: str
+    item: str
+    slot: Annotated[int, Field(description="the slot in which it will take place")]
+    title: str
+    tags: list[str]
+    payload: Mapping[str, object]
+    like: Annotated[Chance, Field(description="chance of a like that was predicted")]
+    propensity: Annotated[
+        Chance, Field(description="chance with which the policy chose this item")
+    ]
+    policy: PolicyName
+    pending: Annotated[bool, Field(description="it was offered before, unanswered")]
+
+    @classmethod
+    def of(cls, offer: Offer) -> Self:
+        return cls(
+            play=offer.play.id,
+            user=offer.play.user,
+            item=offer.shelf.id,
+            slot=offer.slot,
+            title=offer.shelf.title,
+            tags=list(offer.shelf.tags),
+            payload=offer.shelf.payload,
+            like=offer.play.predicted,
+            propensity=offer.play.propensity or 0.0,
+            policy=PolicyName(version=offer.policy.version, name=offer.policy.name),
+            pending=offer.repeated,
+        )
+
+
+class FeedbackTaken(Form):
+    """What became of an answer."""
+
+    play: UUID
+    signal: Signal
+    slot: Annotated[int, Field(description="the user's slot after the answer")]
+    repeated: Annotated[bool, Field(description="the same answer was given before")]
+    next: NextPlay | None = None
+
+    @classmethod
+    def of(cls, feedback: Feedback) -> Self:
+        return cls(
+            play=feedback.play.id,
+            signal=feedback.signal,
+            slot=feedback.slot,
+            repeated=feedback.repeated,
+            next=None if feedback.next is None else NextPlay.of(feedback.next.offer),
+        )

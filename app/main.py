@@ -1,0 +1,73 @@
+"""Puts the service together."""
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from functools import partial
+
+from fastapi import FastAPI
+from starlette.middleware import Middleware
+
+from app import logs
+from app.api import health, listening, problems
+from app.api.context import Context
+from app.api.middleware import BodyLimit, Observed, PathsAsSent
+from app.domain import Scope
+from app.services import keys, policy, warming
+from app.services.keys import KeyRing
+from app.services.live import Live
+from app.settings import Settings
+from app.storage.database import Database
+
+ROUTERS = (listening.router,)
+
+
+def create_app(settings: Settings | None = None) -> FastAPI:
+    """The service for these settings, or for those of the environment."""
+    settings = settings or Settings()
+    logs.configure(settings.log_level)
+    app = FastAPI(
+        title="Encore",
+        version="0.1.0",
+        lifespan=partial(_lifespan, settings=settings),
+        docs_url=None,
+        redoc_url=None,
+        telemetry={"tracing": False},
+        middleware=[
+            Middleware(PathsAsSent),
+            Middleware(Observed),
+            Middleware(
+                BodyLimit,
+                limit=settings.body_limit,
+                import_limit=settings.import_limit,
+            ),
+        ],
+    )
+    problems.install(app)
+    app.include_router(health.router)
+    for router in ROUTERS:
+        app.include_router(router)
+    return app
+
+
+@asynccontextmanager
+async def _lifespan(app: FastAPI, settings: Settings) -> AsyncIterator[None]:
+    database = Database(settings)
+    context = Context(settings, database, Live(settings.pending_ttl), KeyRing(database))
+    app.state.context = context
+    await database.run(policy.ensure_one)
+    if settings.bootstrap_key is not None:
+        secret = settings.bootstrap_key.get_secret_value()
+        await database.run(
+            partial(keys.ensure, secret=secret, scope=Scope.ADMIN, name="bootstrap")
+        )
+    warming_up = asyncio.create_task(_warm(context))
+    yield
+    await warming_up
+    await database.close()
+
+
+async def _warm(context: Context) -> None:
+    """Compile the decision code aside, so that no request waits for a compiler."""
+    await asyncio.to_thread(warming.warm_up)
+    context.warm.set()

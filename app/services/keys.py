@@ -1,0 +1,97 @@
+"""Keys: made once, shown once, kept as a hash, checked in constant time."""
+
+import hashlib
+import hmac
+import secrets
+import time
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from functools import partial
+
+from app.domain import Key, Scope
+from app.errors import Forbidden, KeyNotFound, LastAdminKey, Unauthorized
+from app.storage import audit, keys
+from app.storage.database import Database
+from app.storage.store import Store
+
+FRESH = 1.0  # seconds for which a key that was good is not looked up again
+MOST_CACHED = 10_000
+
+
+def digest(secret: str) -> bytes:
+    """Secrets are long and random, so a fast hash keeps them safe."""
+    return hashlib.sha256(secret.encode()).digest()
+
+
+def create(store: Store, scope: Scope, name: str, by: str) -> tuple[Key, str]:
+    """A new key, and its secret, which is not kept."""
+    secret = f"encore_{secrets.token_urlsafe(32)}"
+    return _enter(store, secret, scope, name, by), secret
+
+
+def ensure(store: Store, secret: str, scope: Scope, name: str) -> None:
+    """Make a key whose secret is known in advance, unless it was ever made."""
+    if keys.by_digest(store, digest(secret)) is None:
+        _enter(store, secret, scope, name, by="settings")
+
+
+def in_force(store: Store) -> Sequence[Key]:
+    return keys.in_force(store)
+
+
+def revoke(store: Store, key_id: str, by: str) -> None:
+    """End a key; the last one that can administer stays."""
+    present = keys.in_force(store)
+    found = next((key for key in present if key.id == key_id), None)
+    if found is None:
+        raise KeyNotFound(key_id)
+    admins = [key for key in present if key.scope is Scope.ADMIN]
+    if admins == [found]:
+        raise LastAdminKey("Make another admin key first.")
+    now = datetime.now(UTC)
+    keys.revoke(store, key_id, now)
+    audit.note(store, now, by, "revoke_key", key_id)
+
+
+class KeyRing:
+    """Keys that were seen lately, so that few requests look one up.
+
+    A key that is revoked is refused by every process within a second.
+    """
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+        self._seen: dict[bytes, tuple[float, Key]] = {}
+
+    async def check(self, secret: str, scope: Scope) -> Key:
+        """The key of this secret, if it allows the scope."""
+        key = await self._find(digest(secret))
+        if key is None or key.revoked_at is not None:
+            raise Unauthorized("The key is not known.")
+        if scope is Scope.ADMIN and key.scope is not Scope.ADMIN:
+            raise Forbidden(f"A key of scope {scope} is needed, not {key.scope}.")
+        return key
+
+    def forget(self) -> None:
+        self._seen.clear()
+
+    async def _find(self, wanted: bytes) -> Key | None:
+        seen = self._seen.get(wanted)
+        now = time.monotonic()
+        if seen is not None and now - seen[0] < FRESH:
+            return seen[1]
+        key = await self._database.run(partial(keys.by_digest, digest=wanted))
+        if key is None or not hmac.compare_digest(key.digest, wanted):
+            return None
+        if len(self._seen) >= MOST_CACHED:
+            self._seen.clear()
+        self._seen[wanted] = (now, key)
+        return key
+
+
+def _enter(store: Store, secret: str, scope: Scope, name: str, by: str) -> Key:
+    now = datetime.now(UTC)
+    key = Key(secrets.token_hex(8), digest(secret), scope, name, now)
+    keys.insert(store, key)
+    audit.note(store, now, by, "create_key", key.id, {"scope": scope, "name": name})
+    return key

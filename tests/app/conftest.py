@@ -1,0 +1,96 @@
+"""Both databases, migrated; a service on each."""
+
+import itertools
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from app.settings import Settings
+from app.storage import migrate
+from tests.app.postgres import Server
+from tests.app.service import ADMIN, Service
+from tests.catalogues import paper_example
+
+NUMBERS = itertools.count()
+
+
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[Server]:
+    server = Server()
+    try:
+        server.execute("CREATE DATABASE template_encore")
+        migrate.upgrade(
+            Settings(database_url=server.url("template_encore")).database_url
+        )
+        yield server
+    finally:
+        server.stop()
+
+
+@pytest.fixture(scope="session")
+def sqlite_template(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("sqlite") / "template.db"
+    migrate.upgrade(f"sqlite:///{path}")
+    return path
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def database_url(request: pytest.FixtureRequest) -> Iterator[str]:
+    """An empty, migrated database of each kind."""
+    name = "sqlite_url" if request.param == "sqlite" else "postgres_url"
+    yield request.getfixturevalue(name)
+
+
+@pytest.fixture
+def sqlite_url(sqlite_template: Path, tmp_path: Path) -> str:
+    path = tmp_path / "encore.db"
+    shutil.copy(sqlite_template, path)
+    return f"sqlite:///{path}"
+
+
+@pytest.fixture
+def postgres_url(postgres: Server) -> Iterator[str]:
+    name = f"encore_{next(NUMBERS)}"
+    postgres.execute(
+        f"CREATE DATABASE {name} TEMPLATE template_encore STRATEGY file_copy"
+    )
+    yield postgres.url(name)
+    postgres.execute(f"DROP DATABASE {name} WITH (FORCE)")
+
+
+@pytest.fixture
+def settings(database_url: str) -> Settings:
+    return Settings(
+        database_url=database_url, port=0, bootstrap_key=ADMIN, log_level="error"
+    )
+
+
+@pytest.fixture
+def service(settings: Settings) -> Iterator[Service]:
+    """A service with an empty catalogue."""
+    running = Service.start(settings)
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def example(service: Service) -> Service:
+    """A service with the catalogue of the paper's example 2 and the myopic policy."""
+    paper: dict[str, Any] = paper_example(2)
+    for item in paper["items"]:
+        service.put_model(
+            item["id"],
+            {
+                "states": paper["states"],
+                "play": item["play"],
+                "rest": item["rest"],
+                "like": item["like"],
+                "prior": item["initial_belief"],
+            },
+        )
+        service.put_item(item["id"], item["id"])
+    service.set_policy("myopic")
+    return service
