@@ -135,6 +135,15 @@ class Answer:
 
 
 @dataclass(frozen=True, slots=True)
+class Report:
+    """A play that a user chose alone; the key makes a report that is sent again one."""
+
+    item: str
+    answer: Answer
+    key: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class User:
     """Where a user stands. A user never seen has version 0."""
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.domain import Item, ItemModel, Revision
+from app.errors import Fault, UnknownItems
 from app.services.pool import Pool
 from policies import Ints, Model, ModelSet
 
@@ -123,11 +124,19 @@ class Catalogue:
     def serial_of(self, item: str) -> int | None:
         return self.listing.serials.get(item)
 
+    def known_serial(self, item: str) -> int:
+        """Serial of an item that a request names."""
+        serial = self.serial_of(item)
+        if serial is None:
+            fault = Fault("item", "unknown item", item)
+            raise UnknownItems(f"There is no item {item!r}.", fault)
+        return serial
+
     def shelf(self, serial: int) -> Shelf:
         return self.listing.shelf[serial]
 
     def model_of(self, serial: int) -> ItemModel:
-        return self.versions[self.model[serial]]
+        return self.versions[self.row_of(serial)]
 
     def row_of(self, serial: int) -> int:
         """Row of an item's model."""

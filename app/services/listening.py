@@ -4,14 +4,13 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from uuid import UUID
 
-from app.domain import Answer, Play, Revision, Selection, Signal, Source
+from app.domain import Answer, Play, Report, Revision, Selection, Signal
 from app.errors import (
     Fault,
     FeedbackConflict,
     IdempotencyConflict,
     NothingToPlay,
     PlayNotFound,
-    UnknownItems,
 )
 from app.services import selections
 from app.services.catalogue import Catalogue
@@ -44,7 +43,7 @@ class Feedback:
     play: Play
     signal: Signal
     slot: int
-    repeated: bool
+    repeated: bool = False
     learned: Answered | None = None
     next: Next | None = None
 
@@ -85,28 +84,24 @@ def give_feedback(
     offer = None if then is None else _chosen(live, revision, standing, then)
     standing.save(None if offer is None else offer.play)
     upcoming = None if offer is None else Next(offer)
-    return Feedback(play, answer.signal, standing.slot, False, learned, upcoming)
+    return Feedback(play, answer.signal, standing.slot, learned=learned, next=upcoming)
 
 
-def report_play(
-    store: Store, live: Live, user_id: str, item: str, answer: Answer, key: str | None
-) -> Feedback:
+def report_play(store: Store, live: Live, user_id: str, report: Report) -> Feedback:
     """Take a play that the user chose alone, with its answer."""
     revision, user = users.by_id(store, user_id)
     catalogue = live.catalogue(store, revision)
-    serial = catalogue.serial_of(item)
-    if serial is None:
-        raise UnknownItems(
-            f"There is no item {item!r}.", Fault("item", "unknown", item)
-        )
-    before = None if key is None else plays.by_idempotency_key(store, user_id, key)
+    serial = catalogue.known_serial(report.item)
+    before = None
+    if report.key is not None:
+        before = plays.by_idempotency_key(store, user_id, report.key)
     if before is not None:
-        return _reported_before(before, serial, answer)
+        return _reported_before(before, serial, report.answer)
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
-    play = standing.report(serial, answer, key)
-    learned = standing.learn(serial, answer)
+    play = standing.report(serial, report)
+    learned = standing.learn(serial, report.answer)
     standing.save(user.pending)
-    return Feedback(play, answer.signal, standing.slot, False, learned)
+    return Feedback(play, report.answer.signal, standing.slot, learned=learned)
 
 
 def _offered_before(

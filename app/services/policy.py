@@ -4,24 +4,13 @@ from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 
 from app.domain import PolicyVersion, Revision
-from app.errors import NoEarlierPolicy
+from app.errors import InvalidRequest, NoEarlierPolicy
 from app.services.live import find_policy
+from app.services.policy_catalogue import complete
 from app.storage import audit, policies, revision
 from app.storage.store import Store
-from policies import create
 
-DEFAULT: tuple[str, Mapping[str, object]] = (
-    "rollout",
-    {
-        "base": "myopic",
-        "horizon": 5,
-        "trajectories": 100,
-        "discount": 0.95,
-        "reward": "expected",
-        "common_random_numbers": True,
-        "reading": "tail",
-    },
-)
+DEFAULT = "rollout"
 
 
 def current(store: Store) -> PolicyVersion:
@@ -36,15 +25,18 @@ def ensure_one(store: Store) -> None:
     """Put the default policy in force where none ever was."""
     known = revision.current(store)
     if known.policy == 0:
-        name, params = DEFAULT
-        _activate(store, known, name, params, "the default", "encore")
+        params = complete(DEFAULT, {})
+        _activate(store, known, DEFAULT, params, "the default", "encore")
 
 
 def swap(
     store: Store, name: str, params: Mapping[str, object], note: str, by: str
 ) -> PolicyVersion:
     """Put a policy in force; its name and parameters must be valid."""
-    create(name, params)
+    try:
+        params = complete(name, params)
+    except ValueError as error:
+        raise InvalidRequest(f"This is no policy: {error}.") from error
     return _activate(store, revision.current(store), name, params, note, by)
 
 

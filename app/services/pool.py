@@ -68,4 +68,4 @@ def _within(sorted_serials: Ints, serials: Ints) -> NDArray[np.bool_]:
         return np.zeros(len(serials), np.bool_)
     places = np.searchsorted(sorted_serials, serials)
     places[places == len(sorted_serials)] = 0
-    return sorted_serials[places] == serials
+    return np.equal(sorted_serials[places], serials)

@@ -8,7 +8,7 @@ from functools import partial
 
 from uuid_utils.compat import uuid7
 
-from app.domain import Answer, Play, PolicyVersion, Selection, Source, User
+from app.domain import Answer, Play, PolicyVersion, Report, Selection, Source, User
 from app.services import beliefs, decisions
 from app.services.catalogue import Catalogue, Shelf
 from app.services.decisions import Decision
@@ -100,7 +100,7 @@ class Standing:
                 self.store, self.user.id, self.catalogue.epoch, pack(self.entries)
             )
 
-    def report(self, serial: int, answer: Answer, key: str | None) -> Play:
+    def report(self, serial: int, report: Report) -> Play:
         """Enter a play that the user chose alone."""
         belief, _ = beliefs.of_item(self.catalogue, self.entries, self.slot, serial)
         like = beliefs.expected(self.catalogue, serial, belief)
@@ -108,10 +108,10 @@ class Standing:
             self._play(serial, like),
             source=Source.REPORTED,
             closed=self.slot,
-            signal=answer.signal,
-            fraction=answer.fraction,
+            signal=report.answer.signal,
+            fraction=report.answer.fraction,
             answered_at=self.at,
-            idempotency_key=key,
+            idempotency_key=report.key,
         )
         plays.insert(self.store, play)
         return play

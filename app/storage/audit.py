@@ -11,7 +11,7 @@ from app.storage.tables import audit
 INSERT = audit.insert()
 
 
-def note(  # noqa: PLR0913 - who, what and when, no more
+def note(
     store: Store,
     at: datetime,
     by: str,

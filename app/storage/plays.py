@@ -1,6 +1,6 @@
 """The log of plays: the truth from which every belief can be rebuilt."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
@@ -8,7 +8,7 @@ from uuid import UUID
 
 import sqlalchemy as sa
 
-from app.domain import Answer, Play, Selection, Signal, Source
+from app.domain import EVERYTHING, Answer, Play, Selection, Signal, Source
 from app.storage.store import Store
 from app.storage.tables import items, plays
 
@@ -47,6 +47,9 @@ PAGE = (
     .limit(sa.bindparam("limit"))
 )
 
+PENDING_OF = sa.select(plays.c.id).where(
+    plays.c.user_id == sa.bindparam("user"), plays.c.closed.is_(None)
+)
 PENDING = sa.select(sa.func.count()).where(plays.c.closed.is_(None))
 
 
@@ -139,6 +142,12 @@ def every(store: Store, user: str, size: int = 1000) -> Iterator[Play]:
         before = plays_[-1].closed or 0
 
 
+def pending_of(store: Store, user: str) -> UUID | None:
+    """The play of a user that has no answer."""
+    row = store.row(PENDING_OF, {"user": user})
+    return None if row is None else UUID(str(row.id))
+
+
 def count_pending(store: Store) -> int:
     row = store.row(PENDING)
     return 0 if row is None else int(row[0])
@@ -176,12 +185,12 @@ def _plain(selection: Selection) -> dict[str, object]:
     }
 
 
-def _selection(plain: dict[str, list[str]] | None) -> Selection:
+def _selection(plain: Mapping[str, Sequence[str] | None] | None) -> Selection:
     if plain is None:
-        return Selection()
+        return EVERYTHING
     candidates = plain["candidates"]
     return Selection(
-        tags=tuple(plain["tags"]),
+        tags=tuple(plain["tags"] or ()),
         candidates=None if candidates is None else tuple(candidates),
-        excluded=tuple(plain["excluded"]),
+        excluded=tuple(plain["excluded"] or ()),
     )

@@ -1,13 +1,13 @@
 """Where each user stands, read together with what is in force."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from datetime import datetime
 from typing import Any
 from uuid import UUID
 
 import sqlalchemy as sa
 
-from app.domain import Revision, User
+from app.domain import Play, Revision, User
 from app.storage import plays as play_log
 from app.storage.store import Store
 from app.storage.tables import beliefs, plays, revision, users
@@ -71,7 +71,7 @@ def by_id(store: Store, user: str) -> tuple[Revision, User]:
     return _revision(row), _user(user, row)
 
 
-def by_play(store: Store, play: UUID) -> tuple[Revision, User, play_log.Play] | None:
+def by_play(store: Store, play: UUID) -> tuple[Revision, User, Play] | None:
     """What is in force, where the play's user stands, and the play."""
     row = store.row(BY_PLAY, {"play": play})
     if row is None:
@@ -118,12 +118,9 @@ def forget(store: Store, user: User) -> None:
     store.write(FORGET, {"user": user.id})
 
 
-def every(store: Store, size: int = 1000) -> Iterator[str]:
-    """All users who have ever been served, in order of id."""
-    after = ""
-    while rows := store.rows(AFTER, {"after": after, "limit": size}):
-        yield from (row.id for row in rows)
-        after = rows[-1].id
+def page(store: Store, after: str, limit: int) -> Sequence[str]:
+    """Users who have ever been served, in order of id."""
+    return [row.id for row in store.rows(AFTER, {"after": after, "limit": limit})]
 
 
 def _revision(row: sa.Row[Any]) -> Revision:
@@ -137,7 +134,7 @@ def _user(user: str, row: sa.Row[Any]) -> User:
         id=user,
         slot=row.user_slot,
         version=row.user_version,
-        pending=None if row.user_pending is None else play_log.from_row(row),
+        pending=None if row.id is None else play_log.from_row(row),
         epoch=row.beliefs_epoch or 0,
         packed=row.packed or b"",
     )

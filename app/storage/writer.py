@@ -15,7 +15,7 @@ from sqlalchemy.dialects.postgresql import ARRAY
 from sqlalchemy.exc import InterfaceError, OperationalError
 
 from app.errors import Overloaded
-from app.storage.store import Changes, chunks
+from app.storage.store import Changes, Params, chunks
 from app.storage.tables import revision, users
 
 BATCH = 256
@@ -39,7 +39,7 @@ Apply = Callable[[Sequence[Changes]], Awaitable[list[bool]]]
 def apply(connection: sa.Connection, batch: Sequence[Changes]) -> list[bool]:
     """Write the units that still stand; tell which they were."""
     standing = _standing(connection, batch)
-    merged: dict[sa.Executable, list[object]] = {}
+    merged: dict[sa.Executable, list[Params]] = {}
     for changes, stands in zip(batch, standing, strict=True):
         if stands:
             for statement, rows in changes.writes.items():

@@ -16,7 +16,7 @@ from pydantic import (
 class Form(BaseModel):
     """A request or an answer; what it does not know, it refuses."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, from_attributes=True)
 
 
 def _visible(text: str) -> str:
@@ -24,6 +24,12 @@ def _visible(text: str) -> str:
         raise ValueError("must consist of visible characters")
     if text in {".", ".."}:
         raise ValueError("must not be a relative path")
+    return text
+
+
+def _storable(text: str) -> str:
+    if "\x00" in text:
+        raise ValueError("must not hold the character NUL")
     return text
 
 
@@ -39,4 +45,10 @@ Id = Annotated[
     Field(description="1 to 128 visible characters of any script"),
 ]
 PathId = Annotated[Id, BeforeValidator(_decoded)]
+Note = Annotated[
+    str,
+    StringConstraints(strict=True, max_length=1000),
+    AfterValidator(_storable),
+    Field(description="why, for those who read the history"),
+]
 Chance = Annotated[float, Field(ge=0, le=1)]

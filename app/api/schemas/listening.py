@@ -7,8 +7,9 @@ from uuid import UUID
 from pydantic import Field, model_validator
 
 from app.api.schemas.fields import Chance, Form, Id
+from app.api.schemas.plays import ExplanationView
 from app.domain import Selection, Signal
-from app.services.listening import Feedback, Next
+from app.services.listening import Feedback
 from app.services.standing import Offer
 
 Ids = Annotated[list[Id], Field(max_length=10_000)]
@@ -17,11 +18,18 @@ Ids = Annotated[list[Id], Field(max_length=10_000)]
 class SelectionForm(Form):
     """Which items may be chosen."""
 
-    tags: Annotated[Ids, Field(description="the item carries all of these")] = []
+    tags: Annotated[
+        Ids, Field(default_factory=list, description="the item carries all of these")
+    ]
     candidates: Annotated[
         Ids | None, Field(description="it is one of these", min_length=1)
     ] = None
-    exclude: Annotated[Ids, Field(description="it is none of these")] = []
+    exclude: Annotated[
+        Ids, Field(default_factory=list, description="it is none of these")
+    ]
+    explain: Annotated[
+        bool, Field(strict=True, description="also tell why this item")
+    ] = False
 
     def selection(self) -> Selection:
         named = None if self.candidates is None else tuple(self.candidates)
@@ -62,6 +70,7 @@ class NextPlay(Form):
     ]
     policy: PolicyName
     pending: Annotated[bool, Field(description="it was offered before, unanswered")]
+    explanation: ExplanationView | None = None
 
     @classmethod
     def of(cls, offer: Offer) -> Self:

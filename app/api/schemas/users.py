@@ -1,0 +1,122 @@
+"""Forms of what is held about a user."""
+
+from collections.abc import Sequence
+from typing import Annotated, Self
+
+from pydantic import Field
+
+from app.api.schemas.fields import Chance, Form, Id
+from app.api.schemas.listening import FeedbackForm
+from app.api.schemas.pages import NextCursor
+from app.api.schemas.plays import PlayView
+from app.services.forecasts import Forecast
+from app.services.playlists import Planned
+from app.services.profiles import Holding
+
+
+class ReportForm(FeedbackForm):
+    """A play that the user chose alone, with its answer."""
+
+    item: Id
+
+
+class BeliefView(Form):
+    """What is believed of the interest in one item, in the user's slot."""
+
+    item: str
+    model: str
+    states: Sequence[str]
+    belief: Annotated[Sequence[float], Field(description="probability of each state")]
+    like: Chance
+    rested: Annotated[
+        int | None, Field(description="slots since it was played, null: untouched")
+    ]
+
+
+class BeliefPage(Form):
+    user: str
+    slot: int
+    beliefs: list[BeliefView]
+    next: NextCursor
+
+
+class PlayPage(Form):
+    plays: list[PlayView]
+    next: NextCursor
+
+
+class PlannedPlay(Form):
+    item: str
+    title: str
+    slot: int
+    like: Chance
+    pending: bool
+
+    @classmethod
+    def of(cls, planned: Planned) -> Self:
+        return cls(
+            item=planned.shelf.id,
+            title=planned.shelf.title,
+            slot=planned.slot,
+            like=planned.like,
+            pending=planned.pending,
+        )
+
+
+class Playlist(Form):
+    user: str
+    plays: list[PlannedPlay]
+
+
+class ForecastPoint(Form):
+    rested: Annotated[int, Field(description="further slots of rest")]
+    like: Chance
+
+
+class ForecastView(Form):
+    """The chance of a like of one item, if it rests from now on."""
+
+    user: str
+    item: str
+    slot: int
+    rested: Annotated[int | None, Field(description="slots rested so far")]
+    like: Annotated[Chance, Field(description="chance of a like now")]
+    threshold: Annotated[float, Field(description="chance at which it counts as back")]
+    back_in: Annotated[
+        int | None, Field(description="slots until then; null: not in this forecast")
+    ]
+    forecast: list[ForecastPoint]
+
+    @classmethod
+    def of(cls, user: str, item: str, forecast: Forecast) -> Self:
+        return cls(
+            user=user,
+            item=item,
+            slot=forecast.slot,
+            rested=forecast.rested,
+            like=forecast.now,
+            threshold=forecast.threshold,
+            back_in=forecast.back_in,
+            forecast=[
+                ForecastPoint(rested=slots, like=like)
+                for slots, like in enumerate(forecast.likes, start=1)
+            ],
+        )
+
+
+class UserExport(Form):
+    """All that is held about a user."""
+
+    user: str
+    slot: int
+    beliefs: list[BeliefView]
+    plays: list[PlayView]
+
+    @classmethod
+    def of(cls, held: Holding) -> Self:
+        return cls(
+            user=held.user.id,
+            slot=held.user.slot,
+            beliefs=[BeliefView.model_validate(belief) for belief in held.beliefs],
+            plays=[PlayView.of(play, shelf) for play, shelf in held.plays],
+        )

@@ -1,0 +1,158 @@
+"""What is held about a user, and what may come next."""
+
+from functools import partial
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Header, Query, Response
+
+from app.api import observed
+from app.api.context import Serving
+from app.api.problems import responses
+from app.api.schemas.fields import Chance, Id, PathId
+from app.api.schemas.listening import FeedbackTaken
+from app.api.schemas.pages import CursorQuery, Limit, decode_number, encode
+from app.api.schemas.plays import PlayView
+from app.api.schemas.users import (
+    BeliefPage,
+    BeliefView,
+    ForecastView,
+    PlannedPlay,
+    Playlist,
+    PlayPage,
+    ReportForm,
+    UserExport,
+)
+from app.domain import Report, Selection
+from app.errors import (
+    IdempotencyConflict,
+    ItemNotFound,
+    NothingToPlay,
+    UnknownItems,
+    UserNotFound,
+)
+from app.services import forecasts, listening, playlists, profiles
+from app.services.answers import answer_of
+
+router = APIRouter(prefix="/v1/users/{user}", tags=["users"])
+Names = Annotated[list[Id], Query(default_factory=list, max_length=1000)]
+FAR = 2**31 - 1
+REPORTED_BEFORE: dict[int | str, dict[str, Any]] = {
+    200: {"model": FeedbackTaken, "description": "It was reported before"}
+}
+
+
+@router.post(
+    "/plays",
+    status_code=201,
+    responses=REPORTED_BEFORE | responses(UnknownItems, IdempotencyConflict),
+)
+async def report_play(
+    caller: Serving,
+    user: PathId,
+    form: ReportForm,
+    response: Response,
+    idempotency_key: Annotated[
+        Id | None, Header(description="the same report sent again is taken once")
+    ] = None,
+) -> FeedbackTaken:
+    """Report a play that the user chose alone, with its answer."""
+    answer = answer_of(caller.context.settings, form.signal, form.fraction)
+    report = Report(form.item, answer, idempotency_key)
+    take = partial(listening.report_play, live=caller.live, user_id=user, report=report)
+    feedback = await caller.database.run(take)
+    observed.answered(feedback)
+    response.status_code = 200 if feedback.repeated else 201
+    return FeedbackTaken.of(feedback)
+
+
+@router.get("/plays")
+async def list_plays(
+    caller: Serving, user: PathId, limit: Limit = 100, cursor: CursorQuery = None
+) -> PlayPage:
+    """List the closed plays of a user, the latest first."""
+    before = decode_number(cursor, first=FAR)
+    read = partial(
+        profiles.history, live=caller.live, user_id=user, before=before, limit=limit
+    )
+    page = await caller.database.run(read)
+    views = [PlayView.of(play, shelf) for play, shelf in page.plays]
+    return PlayPage(plays=views, next=encode(page.next))
+
+
+@router.get("/beliefs", responses=responses(UnknownItems))
+async def read_beliefs(
+    caller: Serving,
+    user: PathId,
+    item: Names,
+    limit: Limit = 100,
+    cursor: CursorQuery = None,
+) -> BeliefPage:
+    """Read what is believed of played items, or of the items named."""
+    named = partial(profiles.interest_in, live=caller.live, user_id=user, items=item)
+    paged = partial(
+        profiles.interest,
+        live=caller.live,
+        user_id=user,
+        after=decode_number(cursor, first=-1),
+        limit=limit,
+    )
+    page = await caller.database.run(named if item else paged)
+    views = [BeliefView.model_validate(belief) for belief in page.beliefs]
+    return BeliefPage(user=user, slot=page.slot, beliefs=views, next=encode(page.next))
+
+
+@router.get("/playlist", responses=responses(NothingToPlay, UnknownItems))
+async def read_playlist(
+    caller: Serving,
+    user: PathId,
+    tag: Names,
+    candidate: Names,
+    exclude: Names,
+    length: Annotated[int, Query(ge=1, le=200)] = 20,
+) -> Playlist:
+    """Plan the next plays before any of them is answered; nothing changes."""
+    selection = Selection(tuple(tag), tuple(candidate) or None, tuple(exclude))
+    plan = partial(
+        playlists.plan,
+        live=caller.live,
+        user_id=user,
+        selection=selection,
+        length=length,
+    )
+    planned = await caller.database.run(plan)
+    return Playlist(user=user, plays=[PlannedPlay.of(play) for play in planned])
+
+
+@router.get("/items/{item}/forecast", responses=responses(ItemNotFound))
+async def read_forecast(
+    caller: Serving,
+    user: PathId,
+    item: PathId,
+    slots: Annotated[int, Query(ge=1, le=1000)] = 20,
+    threshold: Annotated[
+        Chance | None, Query(description="chance of a like that counts as back")
+    ] = None,
+) -> ForecastView:
+    """Tell when an item is back: the chance of a like as it rests."""
+    read = partial(
+        forecasts.of_item,
+        live=caller.live,
+        user_id=user,
+        item=item,
+        slots=slots,
+        threshold=threshold,
+    )
+    return ForecastView.of(user, item, await caller.database.run(read))
+
+
+@router.get("/export", responses=responses(UserNotFound))
+async def export_user(caller: Serving, user: PathId) -> UserExport:
+    """Export all that is held about a user."""
+    read = partial(profiles.export, live=caller.live, user_id=user)
+    return UserExport.of(await caller.database.run(read))
+
+
+@router.delete("", status_code=204, responses=responses(UserNotFound))
+async def erase_user(caller: Serving, user: PathId) -> None:
+    """Erase a user: plays, beliefs, all."""
+    await caller.database.run(partial(profiles.erase, user_id=user, by=caller.key.id))

@@ -1,0 +1,142 @@
+"""Whether what is kept about users is what the log of plays says; and making it so."""
+
+from collections.abc import AsyncIterator, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import partial
+
+import numpy as np
+
+from app.domain import User
+from app.services import beliefs
+from app.services.catalogue import Catalogue
+from app.services.live import Live
+from app.storage import plays, users
+from app.storage.database import Database
+from app.storage.packing import Entries, UnknownFormat, pack, unpack
+from app.storage.plays import ClosedPlay
+from app.storage.store import Store
+
+TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Something kept about a user that the log contradicts."""
+
+    user: str
+    problem: str
+
+
+@dataclass(frozen=True, slots=True)
+class Audited:
+    """One user's audit. `stale`: beliefs of earlier models, due to be rebuilt."""
+
+    user: str
+    plays: int
+    stale: bool
+    findings: Sequence[Finding]
+
+
+async def audit(database: Database, live: Live) -> AsyncIterator[Audited]:
+    """Recompute every user's beliefs from the log, and compare."""
+    async for user in each_user(database):
+        yield await database.run(partial(audit_user, live=live, user_id=user))
+
+
+async def rebuild(
+    database: Database, live: Live, user: str | None = None
+) -> AsyncIterator[str]:
+    """Replace kept beliefs by those that the log gives, while serving goes on."""
+    if user is not None:
+        await database.run(partial(rebuild_user, live=live, user_id=user))
+        yield user
+        return
+    async for each in each_user(database):
+        await database.run(partial(rebuild_user, live=live, user_id=each))
+        yield each
+
+
+async def each_user(database: Database) -> AsyncIterator[str]:
+    """All users, in order of id."""
+    after = ""
+    while page := await database.run(partial(users.page, after=after, limit=1000)):
+        for user in page:
+            yield user
+        after = page[-1]
+
+
+def audit_user(store: Store, live: Live, user_id: str) -> Audited:
+    """Compare one user's slot, pending play and beliefs with the log."""
+    while True:
+        revision, user = users.by_id(store, user_id)
+        audited = _audited(store, live.catalogue(store, revision), user)
+        _, after = users.by_id(store, user_id)
+        if after.version == user.version:  # nothing was answered between the reads
+            return audited
+
+
+def rebuild_user(store: Store, live: Live, user_id: str) -> None:
+    """Write the slot and the beliefs that one user's log gives."""
+    revision, user = users.by_id(store, user_id)
+    catalogue = live.catalogue(store, revision)
+    log = plays.closed(store, user_id)
+    slot = log[-1].slot + 1 if log else 0
+    pending = plays.pending_of(store, user_id)
+    entries = beliefs.rebuilt(catalogue, log, slot)
+    users.move(store, user, slot=slot, pending=pending, at=datetime.now(UTC))
+    users.keep_beliefs(store, user_id, catalogue.epoch, pack(entries))
+
+
+def _audited(store: Store, catalogue: Catalogue, user: User) -> Audited:
+    log = plays.closed(store, user.id)
+    stale = user.slot > 0 and user.epoch != catalogue.epoch
+    problems = [
+        *_slots(user, log),
+        *_pending(store, user),
+        *([] if stale else _beliefs(catalogue, user, log)),
+    ]
+    findings = [Finding(user.id, problem) for problem in problems]
+    return Audited(user.id, len(log), stale, findings)
+
+
+def _slots(user: User, log: Sequence[ClosedPlay]) -> Iterator[str]:
+    if [play.slot for play in log] != list(range(len(log))):
+        yield "the slots of its plays are not 0, 1, 2 and so on"
+    if user.slot != len(log):
+        yield f"its slot is {user.slot}, but {len(log)} plays are closed"
+
+
+def _pending(store: Store, user: User) -> Iterator[str]:
+    logged = plays.pending_of(store, user.id)
+    kept = None if user.pending is None else user.pending.id
+    if logged != kept:
+        yield f"its pending play is {kept}, but the log says {logged}"
+
+
+def _beliefs(
+    catalogue: Catalogue, user: User, log: Sequence[ClosedPlay]
+) -> Iterator[str]:
+    expected = beliefs.rebuilt(catalogue, log, user.slot)
+    try:
+        kept = unpack(user.packed, catalogue.models.like.shape[1])
+    except UnknownFormat as error:
+        yield f"its beliefs cannot be read: {error}"
+        return
+    if not np.array_equal(kept.serial, expected.serial):
+        yield "its beliefs are of other items than it has played"
+        return
+    yield from _differences(catalogue, kept, expected)
+
+
+def _differences(
+    catalogue: Catalogue, kept: Entries, expected: Entries
+) -> Iterator[str]:
+    apart = np.abs(kept.belief - expected.belief).max(axis=1, initial=0.0)
+    wrong = ~(apart <= TOLERANCE) | (kept.slot != expected.slot)
+    for row in np.flatnonzero(wrong).tolist():
+        item = catalogue.shelf(int(kept.serial[row])).id
+        yield (
+            f"its belief of item {item!r} is off by {apart[row]:.3g},"
+            f" of slot {kept.slot[row]} and not {expected.slot[row]}"
+        )

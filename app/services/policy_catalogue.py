@@ -1,0 +1,57 @@
+"""What policies there are to choose from, in plain words for forms and documents."""
+
+import inspect
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from policies import POLICIES, Bounds, Parameter, Policy, create, parameters
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One parameter of a policy, and its value where none is given."""
+
+    parameter: Parameter
+    default: object
+
+    @property
+    def name(self) -> str:
+        return self.parameter.name
+
+    @property
+    def bounds(self) -> Bounds | None:
+        return self.parameter.bounds
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One policy that may be put in force."""
+
+    name: str
+    summary: str
+    options: Sequence[Option]
+
+
+def choices(policies: Mapping[str, type[Policy]] = POLICIES) -> Iterator[Choice]:
+    """Every policy, in the order of the registry."""
+    for name, policy in policies.items():
+        defaults = create(name, {}, policies)
+        options = [
+            Option(parameter, getattr(defaults, parameter.name))
+            for parameter in parameters(policy)
+        ]
+        summary = (inspect.getdoc(policy) or "").partition("\n\n")[0]
+        yield Choice(name, summary.replace("\n", " "), options)
+
+
+def complete(name: str, params: Mapping[str, object]) -> Mapping[str, object]:
+    """These parameters, checked, with the defaults of those left out.
+
+    Raises:
+        ValueError: names the field at fault.
+    """
+    policy = create(name, params)
+    return {
+        parameter.name: getattr(policy, parameter.name)
+        for parameter in parameters(type(policy))
+    }

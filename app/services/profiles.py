@@ -1,0 +1,130 @@
+"""What is held about a user: beliefs, history, all of it, or nothing any more."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from app.domain import Play, User
+from app.errors import UserNotFound
+from app.services import beliefs
+from app.services.catalogue import Shelf
+from app.services.live import Live
+from app.services.standing import Standing
+from app.storage import audit, plays, users
+from app.storage.store import Store
+
+
+@dataclass(frozen=True, slots=True)
+class ItemBelief:
+    """What is believed of a user's interest in one item, in the user's slot.
+
+    belief: probability of each state
+    like:   chance of a like
+    rested: slots since it was played, None if never (or too long ago to matter)
+    """
+
+    item: str
+    model: str
+    states: Sequence[str]
+    belief: Sequence[float]
+    like: float
+    rested: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Interest:
+    """A page of a user's beliefs. `next`: the serial after which the next page is."""
+
+    slot: int
+    beliefs: Sequence[ItemBelief]
+    next: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """A page of a user's closed plays, the latest first."""
+
+    plays: Sequence[tuple[Play, Shelf]]
+    next: int | None
+
+
+def interest(
+    store: Store, live: Live, user_id: str, after: int, limit: int
+) -> Interest:
+    """The beliefs of the items that a user has played."""
+    standing = _standing(store, live, user_id)
+    later = standing.entries.serial[standing.entries.serial > after]
+    shown = later[:limit].tolist()
+    found = [_of_item(standing, serial) for serial in shown]
+    more = shown[-1] if len(later) > limit else None
+    return Interest(standing.slot, found, more)
+
+
+def interest_in(
+    store: Store, live: Live, user_id: str, items: Sequence[str]
+) -> Interest:
+    """The beliefs of named items, also of those never played."""
+    standing = _standing(store, live, user_id)
+    serials = [standing.catalogue.known_serial(item) for item in items]
+    found = [_of_item(standing, serial) for serial in serials]
+    return Interest(standing.slot, found, None)
+
+
+def history(store: Store, live: Live, user_id: str, before: int, limit: int) -> History:
+    """The closed plays of a user, before a slot."""
+    revision, _ = users.by_id(store, user_id)
+    catalogue = live.catalogue(store, revision)
+    found = plays.page(store, user_id, before, limit + 1)
+    shown = [(play, catalogue.shelf(play.item)) for play in found[:limit]]
+    return History(shown, found[limit - 1].closed if len(found) > limit else None)
+
+
+@dataclass(frozen=True, slots=True)
+class Holding:
+    """All that is held about a user."""
+
+    user: User
+    beliefs: Sequence[ItemBelief]
+    plays: Sequence[tuple[Play, Shelf]]
+
+
+def export(store: Store, live: Live, user_id: str) -> Holding:
+    """All that is held about a user, as one piece."""
+    standing = _standing(store, live, user_id)
+    if standing.user.version == 0:
+        raise UserNotFound(user_id)
+    held = [_of_item(standing, serial) for serial in standing.entries.serial.tolist()]
+    shelf = standing.catalogue.shelf
+    pending = standing.user.pending
+    log = [*plays.every(store, user_id), *([] if pending is None else [pending])]
+    log.sort(key=lambda play: (play.closed is None, play.closed))
+    return Holding(standing.user, held, [(play, shelf(play.item)) for play in log])
+
+
+def erase(store: Store, user_id: str, by: str) -> None:
+    """Forget a user; the act is kept, without the name."""
+    _, user = users.by_id(store, user_id)
+    if user.version == 0:
+        raise UserNotFound(user_id)
+    users.forget(store, user)
+    audit.note(store, datetime.now(UTC), by, "erase_user", "")
+
+
+def _standing(store: Store, live: Live, user_id: str) -> Standing:
+    revision, user = users.by_id(store, user_id)
+    catalogue = live.catalogue(store, revision)
+    return Standing.of(store, catalogue, user, datetime.now(UTC))
+
+
+def _of_item(standing: Standing, serial: int) -> ItemBelief:
+    catalogue = standing.catalogue
+    belief, rested = beliefs.of_item(catalogue, standing.entries, standing.slot, serial)
+    model = catalogue.model_of(serial)
+    return ItemBelief(
+        item=catalogue.shelf(serial).id,
+        model=model.id,
+        states=model.states,
+        belief=belief[: len(model.states)].tolist(),
+        like=beliefs.expected(catalogue, serial, belief),
+        rested=rested,
+    )

@@ -1,0 +1,49 @@
+"""Decisions taken again: from the log, the models and the seed, to the same item."""
+
+from dataclasses import dataclass
+from functools import partial
+
+from app.domain import Play, Revision
+from app.services import beliefs, decisions, selections
+from app.services.catalogue import Catalogue, Listing, Shelf, stacked
+from app.services.decisions import Decision
+from app.services.live import Live, load_policy
+from app.storage import items, models, plays, users
+from app.storage.store import Store
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Replay:
+    """A decision, and the catalogue from which it was taken."""
+
+    catalogue: Catalogue
+    decision: Decision
+
+
+def replay(store: Store, live: Live, play: Play) -> Replay:
+    """The decision that led to a recommended play, from what was known then."""
+    if play.policy is None or play.seed is None:
+        raise ValueError(f"play {play.id} was not recommended")
+    catalogue = _catalogue_of(store, live, play)
+    policy = load_policy(store, play.policy, catalogue.models)
+    log = plays.closed(store, play.user, before=play.slot)
+    entries = beliefs.rebuilt(catalogue, log, play.slot)
+    now = beliefs.at(catalogue, entries, play.slot)
+    pool = selections.pool(catalogue, play.selection)
+    candidates = decisions.candidates(catalogue, pool, now, policy.policy)
+    decide = partial(decisions.decide, candidates, policy.scorer, play.seed)
+    return Replay(catalogue, store.aside(decide))
+
+
+def _catalogue_of(store: Store, live: Live, play: Play) -> Catalogue:
+    revision, _ = users.by_id(store, play.user)
+    present = live.catalogue(store, revision)
+    if present.version == play.catalogue:
+        return present
+    listing = Listing()
+    for row in items.at(store, play.catalogue):
+        shelf = Shelf(row.id, "", row.tags, {})
+        listing.put(row.serial, shelf, row.model, active=row.active)
+    versions = models.at(store, play.catalogue)
+    then = Revision(play.catalogue, play.catalogue, 0)
+    return Catalogue.build(then, versions, listing, stacked(versions))
