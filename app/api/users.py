@@ -10,7 +10,7 @@ from app.api.context import Serving
 from app.api.problems import responses
 from app.api.schemas.fields import Chance, Id, PathId
 from app.api.schemas.listening import FeedbackTaken
-from app.api.schemas.pages import CursorQuery, Limit, decode_number, encode
+from app.api.schemas.pages import HIGHEST, CursorQuery, Limit, decode_number, encode
 from app.api.schemas.plays import PlayView
 from app.api.schemas.users import (
     BeliefPage,
@@ -25,6 +25,7 @@ from app.api.schemas.users import (
 from app.domain import Report, Selection
 from app.errors import (
     IdempotencyConflict,
+    InvalidCursor,
     ItemNotFound,
     NothingToPlay,
     UnknownItems,
@@ -35,7 +36,6 @@ from app.services.answers import answer_of
 
 router = APIRouter(prefix="/v1/users/{user}", tags=["users"])
 Names = Annotated[list[Id], Query(default_factory=list, max_length=1000)]
-FAR = 2**31 - 1
 REPORTED_BEFORE: dict[int | str, dict[str, Any]] = {
     200: {"model": FeedbackTaken, "description": "It was reported before"}
 }
@@ -65,12 +65,12 @@ async def report_play(
     return FeedbackTaken.of(feedback)
 
 
-@router.get("/plays")
+@router.get("/plays", responses=responses(InvalidCursor))
 async def list_plays(
     caller: Serving, user: PathId, limit: Limit = 100, cursor: CursorQuery = None
 ) -> PlayPage:
     """List the closed plays of a user, the latest first."""
-    before = decode_number(cursor, first=FAR)
+    before = decode_number(cursor, first=HIGHEST)
     read = partial(
         profiles.history, live=caller.live, user_id=user, before=before, limit=limit
     )
@@ -79,7 +79,7 @@ async def list_plays(
     return PlayPage(plays=views, next=encode(page.next))
 
 
-@router.get("/beliefs", responses=responses(UnknownItems))
+@router.get("/beliefs", responses=responses(UnknownItems, InvalidCursor))
 async def read_beliefs(
     caller: Serving,
     user: PathId,
@@ -93,7 +93,7 @@ async def read_beliefs(
         profiles.interest,
         live=caller.live,
         user_id=user,
-        after=decode_number(cursor, first=-1),
+        start=decode_number(cursor, first=0),
         limit=limit,
     )
     page = await caller.database.run(named if item else paged)

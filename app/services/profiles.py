@@ -33,7 +33,7 @@ class ItemBelief:
 
 @dataclass(frozen=True, slots=True)
 class Interest:
-    """A page of a user's beliefs. `next`: the serial after which the next page is."""
+    """A page of a user's beliefs. `next`: serial with which the next one starts."""
 
     slot: int
     beliefs: Sequence[ItemBelief]
@@ -49,14 +49,14 @@ class History:
 
 
 def interest(
-    store: Store, live: Live, user_id: str, after: int, limit: int
+    store: Store, live: Live, user_id: str, start: int, limit: int
 ) -> Interest:
     """The beliefs of the items that a user has played."""
     standing = _standing(store, live, user_id)
-    later = standing.entries.serial[standing.entries.serial > after]
+    later = standing.entries.serial[standing.entries.serial >= start]
     shown = later[:limit].tolist()
     found = [_of_item(standing, serial) for serial in shown]
-    more = shown[-1] if len(later) > limit else None
+    more = int(later[limit]) if len(later) > limit else None
     return Interest(standing.slot, found, more)
 
 

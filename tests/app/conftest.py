@@ -4,7 +4,6 @@ import itertools
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -12,7 +11,7 @@ from app.settings import Settings
 from app.storage import migrate
 from tests.app.postgres import Server
 from tests.app.service import ADMIN, Service
-from tests.catalogues import paper_example
+from tests.catalogues import load, paper_example
 
 NUMBERS = itertools.count()
 
@@ -79,18 +78,6 @@ def service(settings: Settings) -> Iterator[Service]:
 @pytest.fixture
 def example(service: Service) -> Service:
     """A service with the catalogue of the paper's example 2 and the myopic policy."""
-    paper: dict[str, Any] = paper_example(2)
-    for item in paper["items"]:
-        service.put_model(
-            item["id"],
-            {
-                "states": paper["states"],
-                "play": item["play"],
-                "rest": item["rest"],
-                "like": item["like"],
-                "prior": item["initial_belief"],
-            },
-        )
-        service.put_item(item["id"], item["id"])
+    load(service.client, paper_example(2))
     service.set_policy("myopic")
     return service

@@ -1,0 +1,47 @@
+"""An independent filter: Bayes' rule in plain Python, written from docs/model.md.
+
+It carries every item of one user, steps every one of them in every slot, and shares
+nothing with the code under test.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+
+class Filter:
+    """The beliefs of one user about all items of a paper example."""
+
+    def __init__(self, items: Sequence[Mapping[str, Any]]) -> None:
+        self.items = {item["id"]: item for item in items}
+        self.beliefs = {item["id"]: list(item["initial_belief"]) for item in items}
+
+    def take(self, played: str, signal: str) -> None:
+        """One slot: the item played moves by its answer, all others rest."""
+        for name, item in self.items.items():
+            belief = self.beliefs[name]
+            if name == played:
+                self.beliefs[name] = after_play(item, belief, signal)
+            else:
+                self.beliefs[name] = moved(belief, item["rest"])
+
+    def like(self, name: str) -> float:
+        like = self.items[name]["like"]
+        return sum(p * q for p, q in zip(self.beliefs[name], like, strict=True))
+
+
+def after_play(
+    item: Mapping[str, Any], belief: Sequence[float], signal: str
+) -> list[float]:
+    weights = {
+        "like": item["like"],
+        "skip": [1 - chance for chance in item["like"]],
+        "none": [1.0] * len(belief),
+    }[signal]
+    weighted = [p * w for p, w in zip(belief, weights, strict=True)]
+    total = sum(weighted)
+    return moved([p / total for p in weighted], item["play"])
+
+
+def moved(belief: Sequence[float], matrix: Sequence[Sequence[float]]) -> list[float]:
+    states = range(len(belief))
+    return [sum(belief[i] * matrix[i][j] for i in states) for j in states]
