@@ -104,7 +104,7 @@ def _rest(
 ) -> None:
     """Move belief[row] on by slots of rest, in place; `spare` is (1, S)."""
     level = 0
-    while slots > 0:
+    while slots > 0 and level < models.rest_powers.shape[1]:
         if slots & 1:
             move(models.rest_powers[m], level, belief, row, spare, 0)
             belief[row] = spare[0]
@@ -123,11 +123,11 @@ def rested(models: ModelSet, model: Ints, belief: Floats, slots: Ints) -> Floats
 
 
 @compiled
-def expected_like(models: ModelSet, model: Ints, belief: Floats) -> Floats:
-    """See `belief.expected_like`."""
+def expected_like(like: Floats, model: Ints, belief: Floats) -> Floats:
+    """See `belief.expected_like`; `like` is (M, S)."""
     chances = np.empty(len(model))
     for k in range(len(model)):
-        chances[k] = like_chance(models.like, model[k], belief, k)
+        chances[k] = like_chance(like, model[k], belief, k)
     return chances
 
 
@@ -164,4 +164,4 @@ def forecast(models: ModelSet, m: int, belief: Floats, slots: int) -> Floats:
     beliefs[0] = belief
     for k in range(slots):
         move(models.rest, m, beliefs, k, beliefs, k + 1)
-    return expected_like(models, np.full(slots, m), beliefs[1:])
+    return expected_like(models.like, np.full(slots, m), beliefs[1:])

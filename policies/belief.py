@@ -67,7 +67,7 @@ def expected_like(models: ModelSet, model: Ints, belief: Floats) -> Floats:
         model: (K,) row of each belief's model.
         belief: (K, S).
     """
-    return bayes.expected_like(models, as_ints(model), as_floats(belief))
+    return bayes.expected_like(models.like, as_ints(model), as_floats(belief))
 
 
 def answered(models: ModelSet, model: int, belief: Floats, signal: int) -> Answered:

@@ -56,7 +56,7 @@ def empty_path(plan: Plan, states: int) -> Path:
     """Make room for a path."""
     plays = len(plan.weights)
     return Path(
-        np.arange(plan.trajectories),
+        np.empty(plan.trajectories, dtype=np.int64),
         np.empty(plays, dtype=np.int64),
         np.empty(plays, dtype=np.int64),
         np.empty(plays, dtype=np.int64),

@@ -95,11 +95,13 @@ class Rollout:
 
     def cost(self, situation: Situation) -> float:
         """Estimate the microseconds of one call."""
-        paths = float(self.trajectories)
-        if self.base == "myopic":
-            paths = min(paths, 2.0**self.horizon)
-        plays = paths * self.horizon * (1 + self.horizon / 10)
-        return 10 + len(situation.model) * (0.05 * plays + 0.02 * self.trajectories)
+        groups = len(situation.model)
+        plays = drawn = self.trajectories * (self.horizon + 1)
+        if self.base == "myopic":  # trajectories share their first plays
+            depths = range(self.horizon + 1)
+            plays = sum(min(2**h, self.trajectories) for h in depths)
+        sets = 1 if self.common_random_numbers else groups
+        return 5 + 0.05 * plays * groups + 0.015 * drawn * sets
 
     def _weights(self) -> Floats:
         """Return (D,): worth of the rewards at depth 0 (the first play), 1, 2, ..."""

@@ -16,12 +16,16 @@ from policies.path import Imagined, touch
 def total_reward(imagined: Imagined, candidate: int) -> float:
     """Sum the weighted rewards of all trajectories after playing `candidate` first.
 
+    Equal candidates have equal sums to the bit, so that they tie.
+
     Args:
         imagined: with the random numbers of this candidate drawn.
         candidate: row of the group whose first item is played first.
     """
     path = imagined.path
     shared = len(imagined.draws.items) == 0
+    for place in range(len(path.members)):
+        path.members[place] = place
     path.touched[0] = 0
     count = imagined.groups.size[candidate]
     touch(imagined, 0, candidate, imagined.schedule.last[candidate] - count)

@@ -24,9 +24,10 @@ from policies.situation import NEVER, Situation
 
 
 def warm_up() -> None:
-    """Compile all that a service calls, or load it from the cache: about a second.
+    """Compile all that a service calls, or load it from the cache.
 
-    Covers every belief function, `choose`, and every policy in all its variants.
+    Covers every belief function, `choose`, and every policy in all its variants. About
+    20 seconds the first time, half a second from the cache.
     """
     even = [[0.5, 0.5], [0.5, 0.5]]
     models = ModelSet.of([Model(("low", "high"), even, even, [0.2, 0.8], even[0])])

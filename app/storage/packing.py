@@ -54,6 +54,8 @@ def unpack(packed: bytes, states: int) -> Entries:
     """Entries for models of this many states; what differs is empty states."""
     if not packed:
         return Entries.none(states)
+    if len(packed) < HEADER.size:
+        raise UnknownFormat(f"{len(packed)} bytes")
     version, width, _, count = HEADER.unpack_from(packed)
     if version != VERSION or len(packed) != HEADER.size + count * (16 + 8 * width):
         raise UnknownFormat(f"version {version}, {count} entries, {len(packed)} bytes")

@@ -8,11 +8,16 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from instances import Instance
 
 from policies import LIKE, SKIP, Floats, Model
 from policies.randomness import ANSWERS, ITEMS, uniform
 from policies.rollout import Rollout
+from tests.policies.instances import Instance
+
+
+def normalised(weights: Floats) -> Floats:
+    shares: Floats = weights / weights.sum()
+    return shares
 
 
 @dataclass(frozen=True)
@@ -41,7 +46,7 @@ def enumerated_belief(model: Model, slots: Sequence[Slot]) -> Floats:
             moves = model.play if slot.played else model.rest
             weight *= emission(model, path[t], slot) * moves[path[t], path[t + 1]]
         weights[path[-1]] += weight
-    return weights / weights.sum()
+    return normalised(weights)
 
 
 @dataclass
@@ -63,7 +68,7 @@ class Item:
             return Item(self.group, self.model, rested, self.touched)
         signal = self.model.like if liked else 1 - self.model.like
         weights = self.belief * signal
-        moved = weights @ self.model.play / weights.sum()
+        moved = normalised(weights) @ self.model.play
         return Item(self.group, self.model, moved, self.touched or turn)
 
 
@@ -135,27 +140,36 @@ def naive_trajectory(
     return sum(policy.discount**h * reward for h, reward in enumerate(rewards))
 
 
-def myopic_value(items: Sequence[Item], plays: int, discount: float) -> float:
-    """Return the exact expected discounted likes of `plays` myopic plays."""
+def base_value(
+    items: Sequence[Item], plays: int, discount: float, base: str = "myopic"
+) -> float:
+    """Return the exact expected discounted likes of `plays` plays of a base policy."""
     if plays == 0:
         return 0.0
-    return value_of(items, myopic(items), plays, discount)
+    choices = [myopic(items)] if base == "myopic" else range(len(items))
+    values = [value_of(items, played, plays, discount, base) for played in choices]
+    return sum(values) / len(values)
 
 
-def value_of(items: Sequence[Item], first: int, plays: int, discount: float) -> float:
-    """Return the exact value of playing `first`, then myopically, `plays` in all."""
+def value_of(
+    items: Sequence[Item], first: int, plays: int, discount: float, base: str = "myopic"
+) -> float:
+    """Return the exact value of playing `first`, then by the base, `plays` in all."""
     chance = items[first].chance
     futures = 0.0
     for liked, weight in ((True, chance), (False, 1 - chance)):
         if weight > 0:
             after = advance(items, first, 100 - plays, liked=liked)
-            futures += weight * myopic_value(after, plays - 1, discount)
+            futures += weight * base_value(after, plays - 1, discount, base)
     return chance + discount * futures
 
 
-def exact_rollout(instance: Instance, horizon: int, discount: float) -> list[float]:
-    """Return what the scores of a rollout with a myopic base estimate (tail)."""
+def exact_rollout(
+    instance: Instance, horizon: int, discount: float, base: str = "myopic"
+) -> list[float]:
+    """Return what the scores of a rollout estimate, in the reading "tail"."""
     items = items_of(instance)
     return [
-        value_of(items, first, horizon + 1, discount) for first in first_items(instance)
+        value_of(items, first, horizon + 1, discount, base)
+        for first in first_items(instance)
     ]

@@ -1,0 +1,140 @@
+"""Beliefs are a cache of the log: damage is found, and mended."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from datetime import timedelta
+from typing import TypeVar
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from app.services import audits
+from app.services.audits import Audited
+from app.services.live import Live
+from app.storage.database import Database
+from app.storage.packing import Entries, pack, unpack
+from app.storage.tables import beliefs, users
+from tests.app.service import Service
+
+T = TypeVar("T")
+
+PACKED = sa.select(beliefs.c.packed).where(beliefs.c.user_id == "ann")
+SET_PACKED = beliefs.update().where(beliefs.c.user_id == "ann")
+SET_USER = users.update().where(users.c.id == "ann")
+
+
+def test_an_intact_database_has_no_findings(listened: Service) -> None:
+    audited = audit(listened)
+
+    assert [(one.user, one.plays, one.findings) for one in audited] == [
+        ("ann", 12, []),
+        ("bob", 12, []),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("damage", "problem"),
+    [
+        (lambda e: Entries(e.serial, e.slot, e.belief + 1e-6), "is off by"),
+        (lambda e: Entries(e.serial, e.slot - 1, e.belief), "of slot"),
+        (lambda e: Entries(e.serial, e.slot, e.belief * np.nan), "is off by"),
+        (
+            lambda e: Entries(e.serial[1:], e.slot[1:], e.belief[1:]),
+            "of other items",
+        ),
+    ],
+    ids=["belief", "slot", "nan", "missing"],
+)
+def test_corrupt_beliefs_are_found_and_mended(
+    listened: Service, damage: Callable[[Entries], Entries], problem: str
+) -> None:
+    sound = listened.beliefs("ann")
+    corrupt(listened, lambda packed: pack(damage(unpack(packed, 4))))
+
+    [found, clean] = audit(listened)
+
+    assert problem in found.findings[0].problem
+    assert clean.findings == []
+    rebuild(listened)
+    assert [one.findings for one in audit(listened)] == [[], []]
+    assert listened.beliefs("ann") == sound
+
+
+def test_beliefs_cut_short_are_found_and_mended(listened: Service) -> None:
+    corrupt(listened, lambda packed: packed[:-3])
+
+    [found, _] = audit(listened)
+
+    assert "cannot be read" in found.findings[0].problem
+    rebuild(listened, "ann")
+    assert audit(listened)[0].findings == []
+
+
+def test_a_wrong_slot_and_a_lost_pending_play_are_found_and_mended(
+    listened: Service,
+) -> None:
+    pending = listened.next("ann")
+    write(listened, SET_USER.values(slot=3, pending=None))
+
+    problems = [finding.problem for finding in audit(listened)[0].findings]
+
+    assert any("its slot is 3" in problem for problem in problems)
+    assert any("pending play is None" in problem for problem in problems)
+    rebuild(listened)
+    assert audit(listened)[0].findings == []
+    assert listened.next("ann")["play"] == pending["play"]
+
+
+@pytest.fixture
+def listened(example: Service) -> Service:
+    """Two users who have been played a dozen items each."""
+    example.set_policy("random")
+    for user in ("ann", "bob"):
+        for signal in ("like", "skip", "none") * 4:
+            example.answer(example.next(user)["play"], signal)
+    return example
+
+
+def audit(service: Service) -> list[Audited]:
+    async def run(database: Database, live: Live) -> list[Audited]:
+        return [audited async for audited in audits.audit(database, live)]
+
+    return with_database(service, run)
+
+
+def rebuild(service: Service, user: str | None = None) -> list[str]:
+    async def run(database: Database, live: Live) -> list[str]:
+        return [rebuilt async for rebuilt in audits.rebuild(database, live, user)]
+
+    return with_database(service, run)
+
+
+def corrupt(service: Service, damage: Callable[[bytes], bytes]) -> None:
+    async def run(database: Database, _: Live) -> None:
+        row = await database.run(lambda store: store.row(PACKED))
+        assert row is not None
+        damaged = SET_PACKED.values(packed=damage(row.packed))
+        await database.run(lambda store: store.write(damaged, {}))
+
+    with_database(service, run)
+
+
+def write(service: Service, statement: sa.Executable) -> None:
+    async def run(database: Database, _: Live) -> None:
+        await database.run(lambda store: store.write(statement, {}))
+
+    with_database(service, run)
+
+
+def with_database(
+    service: Service, work: Callable[[Database, Live], Awaitable[T]]
+) -> T:
+    async def run() -> T:
+        database = Database(service.settings)
+        try:
+            return await work(database, Live(timedelta(minutes=30)))
+        finally:
+            await database.close()
+
+    return asyncio.run(run())

@@ -1,0 +1,140 @@
+"""Any sequence of requests keeps the invariants."""
+
+import json
+from collections import Counter
+
+from hypothesis import HealthCheck, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    RuleBasedStateMachine,
+    initialize,
+    invariant,
+    rule,
+    run_state_machine_as_test,
+)
+
+from tests.app.service import Service
+from tests.app.test_audits import audit
+from tests.catalogues import SIMPLE
+
+USERS = st.sampled_from(["ann", "bob", "cat"])
+SIGNALS = st.sampled_from(["like", "skip", "none"])
+ITEMS = st.integers(0, 5).map(lambda number: f"song-{number}")
+POLICIES = st.sampled_from(["random", "round_robin", "myopic", "best_fixed"])
+NUMBERS = iter(range(10**9))
+
+
+class Listening(RuleBasedStateMachine):
+    """Listeners, operators and editors, all at work on one service."""
+
+    service: Service
+
+    @initialize()
+    def begin(self) -> None:
+        self.run = f"run-{next(NUMBERS)}"
+        self.closed: Counter[str] = Counter()
+        self.pending: dict[str, str] = {}
+        self.answered: dict[str, str] = {}
+        self.service.put_model("even", SIMPLE)
+        for number in range(3):
+            self.service.put_item(f"song-{number}", "even")
+
+    @rule(user=USERS)
+    def ask_next(self, user: str) -> None:
+        play = self.service.next(self.named(user))
+        assert play["slot"] == self.closed[user]
+        assert play["pending"] == (user in self.pending)
+        assert play["play"] == self.pending.setdefault(user, play["play"])
+
+    @rule(user=USERS, signal=SIGNALS, then=st.booleans())
+    def answer(self, user: str, signal: str, *, then: bool) -> None:
+        if user not in self.pending:
+            return
+        play = self.pending.pop(user)
+        taken = self.service.answer(play, signal, next=then)
+        self.closed[user] += 1
+        self.answered[play] = signal
+        assert (taken["slot"], taken["repeated"]) == (self.closed[user], False)
+        if then:
+            self.pending[user] = taken["next"]["play"]
+
+    @rule(signal=SIGNALS, data=st.data())
+    def answer_again(self, signal: str, data: st.DataObject) -> None:
+        if not self.answered:
+            return
+        play = data.draw(st.sampled_from(sorted(self.answered)))
+        answer = self.service.client.post(
+            f"/v1/plays/{play}/feedback", json={"signal": signal}
+        )
+        same = self.answered[play] == signal
+        assert answer.status_code == (200 if same else 409)
+
+    @rule(user=USERS, item=ITEMS, signal=SIGNALS)
+    def report(self, user: str, item: str, signal: str) -> None:
+        answer = self.service.client.post(
+            f"/v1/users/{self.named(user)}/plays", json={"item": item, "signal": signal}
+        )
+        assert answer.status_code in {201, 422}
+        if answer.status_code == 201:
+            self.closed[user] += 1
+            assert answer.json()["slot"] == self.closed[user]
+
+    @rule(policy=POLICIES)
+    def swap_policy(self, policy: str) -> None:
+        self.service.set_policy(policy)
+
+    @rule(items=st.lists(ITEMS, unique=True), broken=st.booleans())
+    def import_items(self, items: list[str], *, broken: bool) -> None:
+        lines = [json.dumps({"id": item, "model": "even"}) for item in items]
+        lines += ["{"] if broken else []
+        answer = self.service.client.post(
+            "/v1/items/import",
+            content="\n".join(lines),
+            headers={"Content-Type": "application/x-ndjson"},
+        )
+        assert answer.status_code == (422 if broken else 200)
+
+    @rule(chance=st.floats(0.1, 0.9))
+    def replace_model(self, chance: float) -> None:
+        self.service.put_model("even", SIMPLE | {"prior": [chance, 1 - chance]})
+
+    @rule(item=st.sampled_from(["song-1", "song-2"]))
+    def retire(self, item: str) -> None:
+        assert self.service.client.delete(f"/v1/items/{item}").status_code == 204
+
+    @rule(user=USERS)
+    def erase(self, user: str) -> None:
+        answer = self.service.client.delete(f"/v1/users/{self.named(user)}")
+        known = self.closed[user] > 0 or user in self.pending
+        assert answer.status_code == (204 if known else 404)
+        self.closed[user] = 0
+        self.pending.pop(user, None)
+        self.answered.clear()
+
+    @invariant()
+    def slot_is_the_number_of_closed_plays(self) -> None:
+        for user in self.closed:
+            assert self.service.beliefs(self.named(user))["slot"] == self.closed[user]
+
+    def teardown(self) -> None:
+        assert [one.findings for one in audit(self.service) if one.findings] == []
+
+    def named(self, user: str) -> str:
+        return f"{self.run}-{user}"
+
+
+def test_any_sequence_of_requests_keeps_the_invariants(service: Service) -> None:
+    class OnThisService(Listening):
+        pass
+
+    OnThisService.service = service
+    run_state_machine_as_test(  # type: ignore[no-untyped-call]
+        OnThisService,
+        settings=settings(
+            max_examples=12,
+            stateful_step_count=40,
+            deadline=None,
+            derandomize=True,
+            suppress_health_check=list(HealthCheck),
+        ),
+    )

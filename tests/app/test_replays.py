@@ -1,0 +1,86 @@
+"""Every decision can be taken again, bit for bit, whatever has changed since."""
+
+import asyncio
+from datetime import timedelta
+from functools import partial
+from uuid import UUID
+
+import pytest
+
+from app.services.live import Live
+from app.services.replays import replay
+from app.storage import plays
+from app.storage.database import Database
+from app.storage.store import Store
+from tests.app.service import Service
+from tests.catalogues import SIMPLE
+
+POLICIES: list[tuple[str, dict[str, object]]] = [
+    ("random", {}),
+    ("round_robin", {}),
+    ("myopic", {}),
+    ("best_fixed", {}),
+    ("rollout", {"trajectories": 20}),
+    ("rollout", {"base": "random", "reward": "click", "common_random_numbers": False}),
+]
+
+
+def test_decisions_can_be_taken_again_whatever_changed(example: Service) -> None:
+    made = []
+    for number, (policy, params) in enumerate(POLICIES):
+        example.set_policy(policy, **params)
+        example.put_item(f"extra-{number}", f"item-{number % 5 + 1}", tags=["extra"])
+        example.put_model(
+            "item-1", SIMPLE | {"prior": [0.1 * number, 1 - 0.1 * number]}
+        )
+        for signal in ("like", "skip", "none", "like"):
+            filters = {"tag": "extra"} if signal == "skip" else {}
+            made.append(example.next("ann", **filters))
+            example.answer(made[-1]["play"], signal)
+            report = {"item": "item-2", "signal": "like"}
+            example.client.post("/v1/users/ann/plays", json=report)
+
+    for play, again in taken_again(example, [play["play"] for play in made]):
+        [shown] = [one for one in made if one["play"] == play]
+        assert again == (shown["item"], shown["like"], shown["propensity"])
+
+
+def test_a_play_that_was_reported_was_not_decided(example: Service) -> None:
+    taken = example.client.post(
+        "/v1/users/ann/plays", json={"item": "item-2", "signal": "like"}
+    ).json()
+
+    record = example.client.get(
+        f"/v1/plays/{taken['play']}", params={"explain": True}
+    ).json()
+    assert record["explanation"] is None
+    with pytest.raises(ValueError, match="was not recommended"):
+        taken_again(example, [taken["play"]])
+
+
+Outcome = tuple[str, float, float]
+
+
+def taken_again(service: Service, ids: list[str]) -> list[tuple[str, Outcome]]:
+    """Replay plays in a process that starts from nothing but the database."""
+
+    def outcome(store: Store, live: Live, play_id: str) -> tuple[str, Outcome]:
+        play = plays.by_id(store, UUID(play_id))
+        assert play is not None
+        again = replay(store, live, play)
+        decision = again.decision
+        item = again.catalogue.shelf(decision.serial).id
+        return play_id, (item, decision.predicted, decision.choice.propensity)
+
+    async def run() -> list[tuple[str, Outcome]]:
+        database = Database(service.settings)
+        live = Live(timedelta(minutes=30))
+        try:
+            return [
+                await database.run(partial(outcome, live=live, play_id=play))
+                for play in ids
+            ]
+        finally:
+            await database.close()
+
+    return asyncio.run(run())

@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from policies import choose
+
+SEEDS = st.integers(0, 2**63 - 1)
+
+
+def test_the_highest_score_is_played() -> None:
+    choice = choose(np.array([0.1, 0.7, 0.3]), np.array([5, 1, 9]), seed=3)
+
+    assert choice == (1, 0, 1.0)
+
+
+@settings(deadline=None)
+@given(
+    st.lists(
+        st.tuples(st.sampled_from([-1.0, 0.0, 2.5]), st.integers(1, 4)),
+        min_size=1,
+        max_size=8,
+    ),
+    SEEDS,
+)
+def test_a_choice_is_among_the_best(groups: list[tuple[float, int]], seed: int) -> None:
+    scores = np.array([score for score, _ in groups])
+    count = np.array([items for _, items in groups])
+
+    choice = choose(scores, count, seed)
+
+    best = scores == scores.max()
+    assert best[choice.group]
+    assert 0 <= choice.member < count[choice.group]
+    assert choice.propensity == 1 / count[best].sum()
+    assert choose(scores, count, seed) == choice
+
+
+def test_ties_are_broken_uniformly_over_items() -> None:
+    scores, count = np.array([1.0, 0.0, 1.0, 1.0]), np.array([1, 7, 4, 2])
+    draws = 14_000
+
+    wins: dict[tuple[int, int], int] = {}
+    for seed in range(draws):
+        choice = choose(scores, count, seed)
+        wins[choice.group, choice.member] = (
+            wins.get((choice.group, choice.member), 0) + 1
+        )
+
+    assert set(wins) == {(0, 0), (2, 0), (2, 1), (2, 2), (2, 3), (3, 0), (3, 1)}
+    spread = np.sqrt(draws * (1 / 7) * (6 / 7))
+    assert all(abs(won - draws / 7) < 4.5 * spread for won in wins.values())
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_a_score_that_is_not_finite_is_named(bad: float) -> None:
+    with pytest.raises(ValueError, match=r"scores\[2\]"):
+        choose(np.array([0.0, 1.0, bad, bad]), np.ones(4, dtype=np.int64), 0)
+
+
+def test_nothing_to_choose_from_is_an_error() -> None:
+    with pytest.raises(ValueError, match="scores"):
+        choose(np.empty(0), np.empty(0, dtype=np.int64), 0)
+
+
+def test_huge_groups_are_no_problem() -> None:
+    choice = choose(np.zeros(2), np.array([10**12, 1]), 5)
+
+    assert 0 <= choice.member < 10**12
+    assert choice.propensity == 1 / (10**12 + 1)

@@ -1,0 +1,86 @@
+import math
+
+import pytest
+
+from policies import Bounds, Parameter, Policy, create, parameters
+from policies.best_fixed import BestFixed
+from policies.rollout import Rollout
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("base", "whittle"),
+        ("base", 1),
+        ("horizon", 0),
+        ("horizon", 51),
+        ("horizon", 5.0),
+        ("horizon", True),
+        ("horizon", "5"),
+        ("horizon", None),
+        ("trajectories", 10_001),
+        ("trajectories", 0),
+        ("discount", 1),
+        ("discount", 1.0),
+        ("discount", -0.01),
+        ("discount", math.nan),
+        ("discount", math.inf),
+        ("discount", False),
+        ("discount", "0.9"),
+        ("reward", "likes"),
+        ("reward", ["click"]),
+        ("common_random_numbers", 1),
+        ("common_random_numbers", "true"),
+        ("reading", ""),
+    ],
+)
+def test_a_wrong_value_is_named(field: str, value: object) -> None:
+    with pytest.raises(
+        ValueError, match=rf"^{field}: must be .*, not {value!r}".replace("[", r"\[")
+    ):
+        create("rollout", {field: value})
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("horizon", 1),
+        ("horizon", 50),
+        ("trajectories", 10_000),
+        ("discount", 0),
+        ("discount", 0.999),
+    ],
+)
+def test_bounds_are_included(field: str, value: object) -> None:
+    assert getattr(create("rollout", {field: value}), field) == value
+
+
+def test_policies_declare_their_parameters() -> None:
+    (discount,) = parameters(BestFixed)
+    assert discount == Parameter(
+        "discount",
+        float,
+        Bounds(0, 1, below=True),
+        (),
+        "worth of a like in the next slot against one now",
+    )
+    assert [(p.name, p.kind) for p in parameters(Rollout)] == [
+        ("base", str),
+        ("horizon", int),
+        ("trajectories", int),
+        ("discount", float),
+        ("reward", str),
+        ("common_random_numbers", bool),
+        ("reading", str),
+    ]
+    assert next(parameters(Rollout)).choices == ("random", "myopic")
+
+
+def test_parameters_have_descriptions(policy: type[Policy]) -> None:
+    assert all(parameter.description for parameter in parameters(policy))
+
+
+def test_defaults_are_the_papers() -> None:
+    policy = Rollout()
+
+    assert (policy.horizon, policy.trajectories, policy.discount) == (5, 100, 0.95)

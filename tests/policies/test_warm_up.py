@@ -1,0 +1,64 @@
+import importlib
+import pkgutil
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+from numba.core.dispatcher import Dispatcher
+
+import policies
+from policies import (
+    LIKE,
+    POLICIES,
+    ModelSet,
+    answered,
+    choose,
+    create,
+    expected_like,
+    forecast,
+    replayed,
+    rested,
+    untouched,
+    warm_up,
+)
+from tests.policies.instances import random_models, situation
+
+
+def kernels() -> Iterator[tuple[str, int]]:
+    for module in pkgutil.iter_modules(policies.__path__):
+        members = vars(importlib.import_module(f"policies.{module.name}"))
+        for name, member in members.items():
+            if isinstance(member, Dispatcher):
+                yield f"{module.name}.{name}", len(member.signatures)
+
+
+def test_after_warming_up_nothing_is_compiled() -> None:
+    warm_up()
+    before = dict(kernels())
+
+    for seed, sizes in enumerate(([2], [4, 2, 3], [6] * 5)):
+        models = ModelSet.of(random_models(seed, sizes))
+        rows = np.arange(len(sizes))
+        belief = rested(models, rows, untouched(models, seed), rows)
+        expected_like(models, rows, belief)
+        after = answered(models, int(rows[-1]), belief[-1], LIKE)
+        forecast(models, 0, after.belief, 3)
+        replayed(models, 0, np.array([], dtype=np.int64), np.array([], dtype=np.int64))
+        case = situation(models, rows.tolist(), belief, (1 + rows).tolist())
+        for policy in [create(name, {}) for name in POLICIES] + [
+            create(
+                "rollout",
+                {"base": base, "reward": reward, "discount": discount, "horizon": 2},
+            )
+            for base, reward, discount in product(
+                ("random", "myopic"), ("expected", "click"), (0, 0.5)
+            )
+        ]:
+            scores = policy.prepare(models)(case, 2**63 - 1)
+            choice = choose(scores, case.count, 2**63 - 1)
+            answered(
+                models, int(case.model[choice.group]), case.belief[choice.group], 0
+            )
+
+    assert dict(kernels()) == before
+    assert sum(before.values()) > 0
