@@ -1,7 +1,6 @@
 """How long a decision takes, beside a plain NumPy version of the same rollout.
 
-Run as `python benchmarks/decision.py` where the package is installed, otherwise as
-`python -m benchmarks.decision`. Both versions take turns in one process, on one thread
+Run as `python -m benchmarks.decision`. Both versions take turns in one process, on one thread
 each; the figures are medians over rounds. The NumPy version carries the beliefs of all
 items in arrays, vectorised over trajectories, and shares no code with `policies`.
 """
@@ -10,16 +9,14 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy reads it
 
-import platform
 import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
-import numba
 import numpy as np
 
+from benchmarks.machine import describe
 from policies import (
     NEVER,
     Floats,
@@ -176,19 +173,9 @@ def shown(microseconds: float | None) -> str:
     return f"{microseconds / 1000:.2f} ms"
 
 
-def processor() -> str:
-    cpuinfo = Path("/proc/cpuinfo")
-    lines = cpuinfo.read_text().splitlines() if cpuinfo.exists() else []
-    names = [line.split(":")[1].strip() for line in lines if "model name" in line]
-    return names[0] if names else platform.processor()
-
-
 def main() -> None:
     warm_up()
-    print(
-        f"Python {platform.python_version()}, NumPy {np.__version__},"
-        f" Numba {numba.__version__}, {processor()}, {os.cpu_count()} cores"
-    )
+    print(describe())
     print(f"H = {HORIZON}, L = {TRAJECTORIES}, S = {STATES} unless said otherwise\n")
     print(f"{'one decision':<32}{'ours':>12}{'NumPy':>12}{'ratio':>8}{'aim':>10}")
     for case in CASES:

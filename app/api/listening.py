@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query
 from app.api import observed
 from app.api.context import Serving
 from app.api.problems import responses
-from app.api.schemas.fields import Id, PathId
+from app.api.schemas.fields import NO_NAMES, Names, PathId
 from app.api.schemas.listening import (
     FeedbackForm,
     FeedbackTaken,
@@ -24,16 +24,15 @@ from app.services.answers import answer_of
 
 router = APIRouter(prefix="/v1", tags=["listening"])
 Explain = Annotated[bool, Query(description="also tell why this item")]
-Names = Annotated[list[Id], Query(default_factory=list, max_length=1000)]
 
 
 @router.get("/users/{user}/next", responses=responses(NothingToPlay, UnknownItems))
 async def next_play(
     caller: Serving,
     user: PathId,
-    tag: Names,
-    candidate: Names,
-    exclude: Names,
+    tag: Names = NO_NAMES,
+    candidate: Names = NO_NAMES,
+    exclude: Names = NO_NAMES,
     explain: Explain = False,
 ) -> NextPlay:
     """Show the play to offer now: the pending one, or one that is chosen now."""

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Header, Query, Response
 from app.api import observed
 from app.api.context import Serving
 from app.api.problems import responses
-from app.api.schemas.fields import Chance, Id, PathId
+from app.api.schemas.fields import NO_NAMES, Chance, Id, Names, PathId
 from app.api.schemas.listening import FeedbackTaken
 from app.api.schemas.pages import HIGHEST, CursorQuery, Limit, decode_number, encode
 from app.api.schemas.plays import PlayView
@@ -35,7 +35,6 @@ from app.services import forecasts, listening, playlists, profiles
 from app.services.answers import answer_of
 
 router = APIRouter(prefix="/v1/users/{user}", tags=["users"])
-Names = Annotated[list[Id], Query(default_factory=list, max_length=1000)]
 REPORTED_BEFORE: dict[int | str, dict[str, Any]] = {
     200: {"model": FeedbackTaken, "description": "It was reported before"}
 }
@@ -83,7 +82,7 @@ async def list_plays(
 async def read_beliefs(
     caller: Serving,
     user: PathId,
-    item: Names,
+    item: Names = NO_NAMES,
     limit: Limit = 100,
     cursor: CursorQuery = None,
 ) -> BeliefPage:
@@ -105,9 +104,9 @@ async def read_beliefs(
 async def read_playlist(
     caller: Serving,
     user: PathId,
-    tag: Names,
-    candidate: Names,
-    exclude: Names,
+    tag: Names = NO_NAMES,
+    candidate: Names = NO_NAMES,
+    exclude: Names = NO_NAMES,
     length: Annotated[int, Query(ge=1, le=200)] = 20,
 ) -> Playlist:
     """Plan the next plays before any of them is answered; nothing changes."""

@@ -1,0 +1,16 @@
+"""Before anything is imported: compiled code as new as its source.
+
+Numba keeps compiled code by the file it came from, and does not see that a function of
+another file, which it took in, has changed.
+"""
+
+import hashlib
+import os
+import tempfile
+from pathlib import Path
+
+SOURCES = sorted((Path(__file__).parent.parent / "policies").glob("*.py"))
+DIGEST = hashlib.sha256(b"".join(source.read_bytes() for source in SOURCES))
+CACHE = Path(tempfile.gettempdir()) / f"encore-numba-{os.getuid()}-{DIGEST.hexdigest()}"
+
+os.environ.setdefault("NUMBA_CACHE_DIR", str(CACHE))
