@@ -1,1 +1,3 @@
 """The Encore service."""
+
+__version__ = "0.1.0"

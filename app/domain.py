@@ -136,11 +136,15 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """A play that a user chose alone; the key makes a report that is sent again one."""
+    """A play that a user chose alone; the key makes a report that is sent again one.
+
+    at: when it took place, None: now
+    """
 
     item: str
     answer: Answer
     key: str | None = None
+    at: datetime | None = None
 
 
 @dataclass(frozen=True, slots=True)

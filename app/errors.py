@@ -53,6 +53,11 @@ class InvalidRequest(Invalid):
     title = "The request does not have the form asked for"
 
 
+class MalformedBody(Invalid):
+    code = "malformed_body"
+    title = "The request body cannot be read"
+
+
 class UnknownItems(Invalid):
     code = "unknown_item"
     title = "The request names items that are not in the catalogue"
@@ -61,6 +66,20 @@ class UnknownItems(Invalid):
 class UnknownModel(Invalid):
     code = "unknown_model"
     title = "The request names a model that does not exist"
+
+
+class UnusableModel(Invalid):
+    code = "invalid_model"
+    title = "The matrices and chances make no model"
+
+
+class InvalidCursor(Invalid):
+    code = "invalid_cursor"
+    title = "The cursor is not one that a page gave"
+
+    def __init__(self, cursor: str) -> None:
+        detail = "Pass `next` of the page before, unchanged."
+        super().__init__(detail, Fault("cursor", "not a cursor of this list", cursor))
 
 
 class InvalidImport(Invalid):
@@ -80,9 +99,10 @@ class ModelNotFound(NotFound):
     code = "model_not_found"
     title = "No such model"
 
-    def __init__(self, model: str) -> None:
-        fault = Fault("model", "unknown", model)
-        super().__init__(f"There is no model {model!r}.", fault)
+    def __init__(self, model: str, version: int | None = None) -> None:
+        of = "" if version is None else f"version {version} of "
+        fault = Fault("model" if version is None else "version", "unknown", model)
+        super().__init__(f"There is no {of}model {model!r}.", fault)
 
 
 class PlayNotFound(NotFound):
@@ -98,7 +118,7 @@ class KeyNotFound(NotFound):
     title = "No such key"
 
     def __init__(self, key: str) -> None:
-        super().__init__(f"There is no key {key!r}.", Fault("key", "unknown", key))
+        super().__init__(f"There is no key {key!r}.", Fault("id", "unknown", key))
 
 
 class UserNotFound(NotFound):
@@ -156,6 +176,12 @@ class BodyTooLarge(ClientError):
     status = HTTPStatus.REQUEST_ENTITY_TOO_LARGE
     code = "body_too_large"
     title = "The request body is too large"
+
+
+class UnsupportedMediaType(ClientError):
+    status = HTTPStatus.UNSUPPORTED_MEDIA_TYPE
+    code = "unsupported_media_type"
+    title = "The request body is of a kind that is not taken here"
 
 
 class Overloaded(Unavailable):

@@ -8,8 +8,22 @@ from functools import partial
 from fastapi import FastAPI
 from starlette.middleware import Middleware
 
-from app import logs
-from app.api import health, listening, problems
+from app import __version__, logs
+from app.api import (
+    admin,
+    document,
+    health,
+    imports,
+    items,
+    listening,
+    metrics,
+    models,
+    problems,
+    users,
+)
+from app.api import (
+    keys as key_routes,
+)
 from app.api.context import Context
 from app.api.middleware import BodyLimit, Observed, PathsAsSent
 from app.domain import Scope
@@ -18,8 +32,20 @@ from app.services.keys import KeyRing
 from app.services.live import Live
 from app.settings import Settings
 from app.storage.database import Database
+from app.web import docs, files
 
-ROUTERS = (listening.router,)
+ROUTERS = (
+    listening.router,
+    users.router,
+    imports.router,
+    items.router,
+    models.router,
+    admin.router,
+    key_routes.router,
+    health.router,
+    metrics.router,
+    docs.router,
+)
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
@@ -28,10 +54,11 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     logs.configure(settings.log_level)
     app = FastAPI(
         title="Encore",
-        version="0.1.0",
+        version=__version__,
         lifespan=partial(_lifespan, settings=settings),
-        docs_url=None,
-        redoc_url=None,
+        openapi_url=None,
+        redirect_slashes=False,
+        generate_unique_id_function=document.name_of,
         telemetry={"tracing": False},
         middleware=[
             Middleware(PathsAsSent),
@@ -43,8 +70,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
             ),
         ],
     )
-    problems.install(app)
-    app.include_router(health.router)
+    problems.install(app, ROUTERS)
+    document.install(app)
+    app.mount("/static", files.static)
     for router in ROUTERS:
         app.include_router(router)
     return app

@@ -1,8 +1,8 @@
 """The yardstick: next and feedback by hand, on `sqlite3`, with nothing else.
 
-The same HTTP stack (uvicorn, FastAPI, Pydantic, a bearer key), the same decision code,
-the same shape of statements, full durability and group commit; no SQLAlchemy, no
-catalogue that changes, no filters, no swaps, no log of model versions, no metrics.
+The same HTTP stack (uvicorn, FastAPI, Encore's middleware, Pydantic, a bearer key), the
+same decision code, the same shape of statements, full durability and group commit; no
+SQLAlchemy, no catalogue that changes, no filters, no swaps, no versions of models.
 """
 
 import asyncio
@@ -22,8 +22,11 @@ import uvicorn
 from fastapi import Depends, FastAPI, HTTPException
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 from pydantic import BaseModel
+from starlette.middleware import Middleware
 from uuid_utils.compat import uuid7
 
+from app import logs
+from app.api.middleware import BodyLimit, Observed, PathsAsSent
 from policies import (
     LIKE,
     SKIP,
@@ -145,7 +148,14 @@ def build(path: str, key: str) -> FastAPI:
     reader = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
     writer = Writer(path)
     wanted = hashlib.sha256(key.encode()).digest()
-    app = FastAPI()
+    app = FastAPI(
+        middleware=[
+            Middleware(PathsAsSent),
+            Middleware(Observed),
+            Middleware(BodyLimit, limit=1_000_000, import_limit=1_000_000),
+        ]
+    )
+    logs.configure("warning")
     warm_up()
 
     async def check(

@@ -25,7 +25,7 @@ class Filter:
                 self.beliefs[name] = moved(belief, item["rest"])
 
     def like(self, name: str) -> float:
-        like = self.items[name]["like"]
+        like: list[float] = self.items[name]["like"]
         return sum(p * q for p, q in zip(self.beliefs[name], like, strict=True))
 
 

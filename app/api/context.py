@@ -4,13 +4,14 @@ import asyncio
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from fastapi import Depends, Request
+from fastapi import Depends, Request, Security
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 
 from app.domain import Key, Scope
 from app.errors import Unauthorized
 from app.services.keys import KeyRing
 from app.services.live import Live
+from app.services.pending import PendingPlays
 from app.settings import Settings
 from app.storage.database import Database
 
@@ -29,6 +30,10 @@ class Context:
     live: Live
     keyring: KeyRing
     warm: asyncio.Event = field(default_factory=asyncio.Event)
+    pending: PendingPlays = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.pending = PendingPlays(self.database)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,4 +80,4 @@ async def _caller(
 
 
 Serving = Annotated[Caller, Depends(serving)]
-Administering = Annotated[Caller, Depends(administering)]
+Administering = Annotated[Caller, Security(administering, scopes=[Scope.ADMIN])]

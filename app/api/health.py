@@ -1,7 +1,5 @@
 """Whether the process lives, and whether it can serve."""
 
-from functools import partial
-
 from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel
 

@@ -2,6 +2,7 @@
 
 import re
 import time
+from urllib.parse import unquote
 from uuid import uuid4
 
 import structlog
@@ -9,11 +10,13 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from app.api.problems import response as problem
+from app import metrics
+from app.api import problems
 from app.errors import BodyTooLarge
-from app.metrics import REQUESTS
 
 REQUEST_ID = re.compile(r"[!-~]{1,128}")
+LENGTH = re.compile(r"[0-9]{1,18}")
+LOGGED = ("user", "play")
 IMPORT = "/v1/items/import"
 
 logger = structlog.get_logger()
@@ -37,7 +40,7 @@ class PathsAsSent:
 
 
 class Observed:
-    """Gives each request an id, a log line and a place in the metrics."""
+    """Gives each request an id, an answer, a log line and a place in the metrics."""
 
     def __init__(self, app: ASGIApp) -> None:
         self.app = app
@@ -48,7 +51,7 @@ class Observed:
             return
         began = time.perf_counter()
         request_id = _request_id(scope)
-        status = 500
+        status = 0
 
         async def send_with_id(message: Message) -> None:
             nonlocal status
@@ -61,8 +64,13 @@ class Observed:
         structlog.contextvars.bind_contextvars(request_id=request_id)
         try:
             await self.app(scope, receive, send_with_id)
+        except Exception as error:
+            answer = problems.unexpected(error)
+            if status:
+                raise
+            await answer(scope, receive, send_with_id)
         finally:
-            _observe(scope, status, time.perf_counter() - began)
+            _observe(scope, status or 500, time.perf_counter() - began)
 
 
 class BodyLimit:
@@ -80,8 +88,9 @@ class BodyLimit:
         limit = self.import_limit if scope["path"] == IMPORT else self.limit
         detail = f"At most {limit} bytes are taken here."
         declared = Headers(scope=scope).get("content-length", "0")
-        if not declared.isdigit() or int(declared) > limit:
-            await problem(BodyTooLarge(detail))(scope, receive, send)
+        if not LENGTH.fullmatch(declared) or int(declared) > limit:
+            refusal = problems.response(BodyTooLarge(detail))
+            await refusal(scope, receive, send)
             return
         read = 0
 
@@ -102,8 +111,16 @@ def _request_id(scope: Scope) -> str:
 
 
 def _observe(scope: Scope, status: int, took: float) -> None:
-    route = getattr(scope.get("route"), "path_format", "unmatched")
-    REQUESTS.labels(scope["method"], route, status).observe(took)
+    route = _route(scope)
+    metrics.requests(scope["method"], route, status).observe(took)
+    named = {
+        name: unquote(str(value))[:128]
+        for name, value in scope.get("path_params", {}).items()
+        if name in LOGGED
+    }
+    structlog.contextvars.bind_contextvars(
+        **(named | structlog.contextvars.get_contextvars())
+    )
     logger.info(
         "request",
         method=scope["method"],
@@ -111,3 +128,9 @@ def _observe(scope: Scope, status: int, took: float) -> None:
         status=status,
         ms=round(took * 1000, 3),
     )
+
+
+def _route(scope: Scope) -> str:
+    """The template of a path, or what it is mounted on; few, whatever clients send."""
+    mounted = scope.get("root_path", "").removeprefix(scope.get("app_root_path", ""))
+    return getattr(scope.get("route"), "path_format", mounted or "unmatched")

@@ -2,11 +2,9 @@
 
 import structlog
 
+from app import metrics
 from app.domain import Play, Signal
-from app.metrics import DECISIONS, FEEDBACK, IMPOSSIBLE, SURPRISE
 from app.services.listening import Feedback, Next
-
-logger = structlog.get_logger()
 
 
 def served(upcoming: Next) -> None:
@@ -16,7 +14,7 @@ def served(upcoming: Next) -> None:
         user=offer.play.user, play=str(offer.play.id)
     )
     if offer.took is not None:
-        DECISIONS.labels(offer.policy.name).observe(offer.took)
+        metrics.decisions(offer.policy.name).observe(offer.took)
     if upcoming.expired is not None:
         _closed(upcoming.expired, Signal.NONE)
 
@@ -29,12 +27,13 @@ def answered(feedback: Feedback) -> None:
     if learned is not None:
         _closed(play, feedback.signal)
         if feedback.signal is not Signal.NONE:
-            SURPRISE.labels(str(play.policy or "reported")).observe(learned.surprise)
+            policy = feedback.chosen_by or play.source.value
+            metrics.surprise(policy).observe(learned.surprise)
         if learned.impossible:
-            IMPOSSIBLE.inc()
+            metrics.IMPOSSIBLE.inc()
     if feedback.next is not None:
         served(feedback.next)
 
 
 def _closed(play: Play, signal: Signal) -> None:
-    FEEDBACK.labels(signal.value, play.source.value).inc()
+    metrics.feedback(signal.value, play.source.value).inc()

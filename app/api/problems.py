@@ -1,28 +1,47 @@
 """Every error leaves as problem+json (RFC 9457) with a stable code."""
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping
 from http import HTTPStatus
 from typing import Any
 
 import structlog
-from fastapi import FastAPI, Request, Response
+from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
+from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException
 
-from app.api.schemas.problem import FieldProblem, Problem
-from app.errors import BodyTooLarge, ClientError, Fault, InvalidRequest
+from app.api.faults import clean, fault_of, short, shown
+from app.api.schemas.problem import Problem
+from app.errors import (
+    BodyTooLarge,
+    ClientError,
+    InvalidRequest,
+    MalformedBody,
+    UnsupportedMediaType,
+)
 
 MEDIA_TYPE = "application/problem+json"
-LONGEST_VALUE = 200
+SCHEMA = {"$ref": "#/components/schemas/Problem"}
+MOST_FAULTS = 100
 
 logger = structlog.get_logger()
 
 
-def install(app: FastAPI) -> None:
+def install(app: FastAPI, routers: Iterable[APIRouter]) -> None:
+    methods: dict[str, set[str]] = {}
+    for router in routers:
+        for route in router.routes:
+            if isinstance(route, APIRoute):
+                methods.setdefault(route.path_format, set()).update(route.methods or ())
+
+    async def http_error(request: Request, error: Exception) -> Response:
+        path = getattr(request.scope.get("route"), "path_format", "")
+        return _http_error(error, methods.get(path, ()))
+
     app.add_exception_handler(ClientError, _client_error)
     app.add_exception_handler(RequestValidationError, _invalid)
-    app.add_exception_handler(HTTPException, _http_error)
-    app.add_exception_handler(Exception, _unexpected)
+    app.add_exception_handler(HTTPException, http_error)
 
 
 def response(error: ClientError) -> Response:
@@ -32,24 +51,48 @@ def response(error: ClientError) -> Response:
         headers["Retry-After"] = str(error.retry_after)
     if error.status is HTTPStatus.UNAUTHORIZED:
         headers["WWW-Authenticate"] = "Bearer"
+    problem = _problem(error.status, error.code, error.title, error.detail)
+    problem.errors = [shown(fault) for fault in error.faults[:MOST_FAULTS]]
+    return _response(problem, headers)
+
+
+def unexpected(error: Exception) -> Response:
+    """The answer where the service itself is at fault, which is logged."""
+    logger.error("unexpected error", exc_info=error)
     return _response(
-        error.status, error.code, error.title, error.detail, error.faults, headers
+        _problem(
+            HTTPStatus.INTERNAL_SERVER_ERROR,
+            "internal_error",
+            "Something went wrong in the service",
+            "It was logged under the id of this request, see X-Request-ID.",
+        )
     )
 
 
 def responses(*errors: type[ClientError]) -> dict[int | str, dict[str, Any]]:
     """The errors of a route, for its entry in the API document."""
-    by_status: dict[int, list[str]] = {}
+    by_status: dict[int | str, list[type[ClientError]]] = {}
     for error in errors:
-        by_status.setdefault(int(error.status), []).append(error.code)
+        by_status.setdefault(int(error.status), []).append(error)
+    return {status: answer(*alike) for status, alike in by_status.items()}
+
+
+def answer(*errors: type[ClientError]) -> dict[str, Any]:
+    """Errors of one status, for the API document."""
     return {
-        status: {
-            "model": Problem,
-            "description": ", ".join(f"`{code}`" for code in sorted(set(codes))),
-            "content": {MEDIA_TYPE: {}},
-        }
-        for status, codes in by_status.items()
+        "description": "\n".join(line(error) for error in errors),
+        "content": {MEDIA_TYPE: {"schema": SCHEMA, "example": _example(errors[0])}},
     }
+
+
+def line(error: type[ClientError]) -> str:
+    """An error in one line of Markdown."""
+    return f"- `{error.code}`: {error.title}"
+
+
+def _example(error: type[ClientError]) -> dict[str, object]:
+    problem = _problem(error.status, error.code, error.title, "…")
+    return problem.model_dump(mode="json")
 
 
 async def _client_error(_request: Request, error: Exception) -> Response:
@@ -61,74 +104,47 @@ async def _client_error(_request: Request, error: Exception) -> Response:
 async def _invalid(_request: Request, error: Exception) -> Response:
     if not isinstance(error, RequestValidationError):
         raise TypeError from error
-    faults = [_fault(problem) for problem in error.errors()]
-    names = ", ".join(sorted({fault.field for fault in faults}))
-    return response(InvalidRequest(f"Wrong: {names}.", *faults))
+    problems = error.errors()
+    if isinstance(error.body, bytes) and any(p["loc"] == ("body",) for p in problems):
+        return response(UnsupportedMediaType("Send the body as application/json."))
+    if problems[0]["type"] == "json_invalid":
+        place, reason = problems[0]["loc"][1], problems[0]["ctx"]["error"]
+        return response(MalformedBody(f"At character {place}: {reason}."))
+    faults = [fault_of(problem) for problem in problems]
+    names = sorted({fault.field for fault in faults})
+    return response(InvalidRequest(f"Wrong: {short(', '.join(names))}.", *faults))
 
 
-async def _http_error(_request: Request, error: Exception) -> Response:
+def _http_error(error: Exception, methods: Iterable[str]) -> Response:
     if not isinstance(error, HTTPException):
         raise TypeError from error
     status = HTTPStatus(error.status_code)
     if status is HTTPStatus.REQUEST_ENTITY_TOO_LARGE:
         return response(BodyTooLarge(str(error.detail)))
-    code = "malformed_body" if status is HTTPStatus.BAD_REQUEST else _code(status)
-    return _response(
-        status, code, status.phrase, str(error.detail), (), error.headers or {}
-    )
+    if status is HTTPStatus.BAD_REQUEST:
+        return response(MalformedBody("It is no JSON in UTF-8, or nested too deeply."))
+    headers = dict(error.headers or {})
+    if status is HTTPStatus.METHOD_NOT_ALLOWED and methods:
+        headers["Allow"] = ", ".join(sorted(methods))
+    code = re.sub(r"\W", "_", status.phrase.lower())
+    problem = _problem(status, code, status.phrase, str(error.detail))
+    return _response(problem, headers)
 
 
-async def _unexpected(request: Request, error: Exception) -> Response:
-    logger.error("unexpected error", path=request.url.path, exc_info=error)
-    return _response(
-        HTTPStatus.INTERNAL_SERVER_ERROR,
-        "internal_error",
-        "Something went wrong in the service",
-        "It was logged under the id of this request.",
-        (),
-        {},
-    )
-
-
-def _response(  # noqa: PLR0913, PLR0917 - the members of a problem
-    status: HTTPStatus,
-    code: str,
-    title: str,
-    detail: str,
-    faults: Sequence[Fault],
-    headers: Mapping[str, str],
-) -> Response:
-    problem = Problem(
+def _problem(status: HTTPStatus, code: str, title: str, detail: str) -> Problem:
+    return Problem(
         type=f"urn:encore:problem:{code}",
         title=title,
         status=status,
         code=code,
-        detail=detail,
-        errors=[
-            FieldProblem(
-                field=fault.field, message=fault.message, value=_shown(fault.value)
-            )
-            for fault in faults
-        ],
+        detail=clean(detail),
     )
+
+
+def _response(problem: Problem, headers: Mapping[str, str] | None = None) -> Response:
     return Response(
-        problem.model_dump_json(), status, headers=headers, media_type=MEDIA_TYPE
+        problem.model_dump_json(),
+        problem.status,
+        headers=headers,
+        media_type=MEDIA_TYPE,
     )
-
-
-def _code(status: HTTPStatus) -> str:
-    return status.phrase.lower().replace(" ", "_").replace("-", "_")
-
-
-def _fault(problem: Mapping[str, Any]) -> Fault:
-    place = [str(part) for part in problem["loc"] if part not in {"body", "query"}]
-    place = place[1:] if place[:1] in (["path"], ["header"]) else place
-    return Fault(".".join(place) or "body", problem["msg"], problem.get("input"))
-
-
-def _shown(value: object) -> object:
-    """A value at fault, in a form that is short and always JSON."""
-    if value is None or isinstance(value, bool | int):
-        return value if not isinstance(value, int) or abs(value) < 2**53 else str(value)
-    text = str(value).encode("utf-8", "backslashreplace").decode()
-    return text if len(text) <= LONGEST_VALUE else text[:LONGEST_VALUE] + "…"

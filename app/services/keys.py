@@ -10,17 +10,18 @@ from functools import partial
 
 from app.domain import Key, Scope
 from app.errors import Forbidden, KeyNotFound, LastAdminKey, Unauthorized
-from app.storage import audit, keys
+from app.storage import audit, keys, revision
 from app.storage.database import Database
 from app.storage.store import Store
 
 FRESH = 1.0  # seconds for which a key that was good is not looked up again
 MOST_CACHED = 10_000
+ONLY = "Make another admin key first."
 
 
 def digest(secret: str) -> bytes:
     """Secrets are long and random, so a fast hash keeps them safe."""
-    return hashlib.sha256(secret.encode()).digest()
+    return hashlib.sha256(secret.encode(errors="surrogateescape")).digest()
 
 
 def create(store: Store, scope: Scope, name: str, by: str) -> tuple[Key, str]:
@@ -47,10 +48,18 @@ def revoke(store: Store, key_id: str, by: str) -> None:
         raise KeyNotFound(key_id)
     admins = [key for key in present if key.scope is Scope.ADMIN]
     if admins == [found]:
-        raise LastAdminKey("Make another admin key first.")
+        raise LastAdminKey(ONLY)
     now = datetime.now(UTC)
+    policy_now = revision.current(store).policy
+    store.rely_on_revision("policy", policy_now)  # one key at a time
     keys.revoke(store, key_id, now)
     audit.note(store, now, by, "revoke_key", key_id)
+
+
+def ensure_revoked(store: Store, key_id: str) -> None:
+    """Tell if a key outlived its revocation, as another one came before it."""
+    if any(key.id == key_id for key in keys.in_force(store)):
+        raise LastAdminKey(ONLY)
 
 
 class KeyRing:

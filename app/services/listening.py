@@ -38,6 +38,7 @@ class Feedback:
     slot:     the user's slot after it
     repeated: the same answer had been given before, and nothing was changed
     learned:  what the answer taught, None if repeated
+    chosen_by: name of the policy that chose the play, None if the user did
     """
 
     play: Play
@@ -46,6 +47,7 @@ class Feedback:
     repeated: bool = False
     learned: Answered | None = None
     next: Next | None = None
+    chosen_by: str | None = None
 
 
 def next_play(store: Store, live: Live, user_id: str, selection: Selection) -> Next:
@@ -83,8 +85,14 @@ def give_feedback(
     learned = standing.close(play, answer)
     offer = None if then is None else _chosen(live, revision, standing, then)
     standing.save(None if offer is None else offer.play)
-    upcoming = None if offer is None else Next(offer)
-    return Feedback(play, answer.signal, standing.slot, learned=learned, next=upcoming)
+    return Feedback(
+        play,
+        answer.signal,
+        standing.slot,
+        learned=learned,
+        next=None if offer is None else Next(offer),
+        chosen_by=live.version(store, play.policy or 0).name,
+    )
 
 
 def report_play(store: Store, live: Live, user_id: str, report: Report) -> Feedback:

@@ -35,6 +35,7 @@ class Live:
         self.pending_ttl = pending_ttl
         self._catalogue = Catalogue.empty()
         self._in_force: InForce | None = None
+        self._versions: dict[int, PolicyVersion] = {}
 
     def catalogue(self, store: Store, known: Revision) -> Catalogue:
         """The catalogue of this revision, or of a later one."""
@@ -59,10 +60,9 @@ class Live:
 
     def version(self, store: Store, version: int) -> PolicyVersion:
         """A policy that is or was in force."""
-        current = self._in_force
-        if current is not None and current.version.version == version:
-            return current.version
-        return find_policy(store, version)
+        if version not in self._versions:
+            self._versions[version] = find_policy(store, version)
+        return self._versions[version]
 
 
 def follow(store: Store, catalogue: Catalogue, known: Revision) -> Catalogue:

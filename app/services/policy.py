@@ -1,6 +1,7 @@
 """The policy in force: swapped, kept in history, rolled back."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from app.domain import PolicyVersion, Revision
@@ -17,8 +18,18 @@ def current(store: Store) -> PolicyVersion:
     return find_policy(store, revision.current(store).policy)
 
 
-def history(store: Store, before: int, limit: int) -> Sequence[PolicyVersion]:
-    return policies.page(store, before, limit)
+@dataclass(frozen=True, slots=True)
+class History:
+    """Policies that were put in force, the latest first; and where the rest begins."""
+
+    versions: Sequence[PolicyVersion]
+    next: int | None
+
+
+def history(store: Store, before: int, limit: int) -> History:
+    found = policies.page(store, before, limit + 1)
+    shown = found[:limit]
+    return History(shown, shown[-1].version if len(found) > limit else None)
 
 
 def ensure_one(store: Store) -> None:

@@ -104,13 +104,15 @@ class Standing:
         """Enter a play that the user chose alone."""
         belief, _ = beliefs.of_item(self.catalogue, self.entries, self.slot, serial)
         like = beliefs.expected(self.catalogue, serial, belief)
+        at = report.at or self.at
         play = replace(
             self._play(serial, like),
             source=Source.REPORTED,
             closed=self.slot,
             signal=report.answer.signal,
             fraction=report.answer.fraction,
-            answered_at=self.at,
+            created_at=at,
+            answered_at=at,
             idempotency_key=report.key,
         )
         plays.insert(self.store, play)

@@ -4,23 +4,18 @@ import asyncio
 import sqlite3
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
 from typing import Protocol, TypeVar
 
 import sqlalchemy as sa
-from sqlalchemy.exc import (
-    DBAPIError,
-    InterfaceError,
-    OperationalError,
-)
-from sqlalchemy.exc import (
-    TimeoutError as PoolTimeout,
-)
+from sqlalchemy.exc import DBAPIError
 from sqlalchemy.ext.asyncio import AsyncEngine, create_async_engine
 from sqlalchemy.pool import StaticPool
 from sqlalchemy.util import greenlet_spawn
 
 from app.errors import Contended, DatabaseUnavailable
 from app.settings import Settings
+from app.storage.outages import ABSENT, is_outage, state_of
 from app.storage.store import Changes, Store
 from app.storage.writer import Writer, apply
 
@@ -34,8 +29,8 @@ WRITER_CONNECTIONS = 4
 class _Engines(Protocol):
     """What differs between the two databases."""
 
-    @property
-    def reader(self) -> sa.Engine: ...
+    def connect(self) -> AbstractContextManager[sa.Connection]:
+        """Open a connection that reads without a transaction."""
 
     async def apply(self, batch: Sequence[Changes]) -> list[bool]: ...
 
@@ -54,21 +49,29 @@ class Database:
             engines.apply, limit=settings.queue_limit, side_door=not settings.on_sqlite
         )
         self._executor = ThreadPoolExecutor(thread_name_prefix="aside")
+        self._turn = asyncio.Lock()
 
     async def run(self, work: Callable[[Store], T]) -> T:
         """Run a unit of work until it stands; its result is told after the commit."""
         for _ in range(ATTEMPTS):
-            store = Store(self._engines.reader, self._executor)
+            store = Store(self._engines.connect, self._executor)
             try:
                 result = await greenlet_spawn(work, store)
                 if not store.changes or await self._writer.commit(store.changes):
                     return result
-            except (OSError, OperationalError, InterfaceError, PoolTimeout) as error:
-                raise DatabaseUnavailable("The database does not answer.") from error
-            except DBAPIError as error:
-                if getattr(error.orig, "sqlstate", None) not in TRANSIENT:
+            except (*ABSENT, DBAPIError) as error:
+                if is_outage(error):
+                    raise DatabaseUnavailable(
+                        "The database does not answer."
+                    ) from error
+                if state_of(error) not in TRANSIENT:
                     raise
         raise Contended(f"Gave up after {ATTEMPTS} attempts.")
+
+    async def run_in_turn(self, work: Callable[[Store], T]) -> T:
+        """Run one of those units that all claim the same: here they do not compete."""
+        async with self._turn:
+            return await self.run(work)
 
     async def close(self) -> None:
         await self._writer.close()
@@ -80,7 +83,7 @@ class _SQLite:
     """One thread writes; reading is done where the caller runs."""
 
     def __init__(self, settings: Settings) -> None:
-        self.reader = sa.create_engine(
+        self._reader = sa.create_engine(
             settings.database_url,
             poolclass=StaticPool,
             isolation_level="AUTOCOMMIT",
@@ -92,9 +95,15 @@ class _SQLite:
             connect_args={"check_same_thread": False},
         )
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="writer")
-        for engine in (self.reader, self._writer):
+        for engine in (self._reader, self._writer):
             sa.event.listen(engine, "connect", prepare_sqlite)
         sa.event.listen(self._writer, "begin", begin_immediate)
+        self._connection: sa.Connection | None = None
+
+    def connect(self) -> AbstractContextManager[sa.Connection]:
+        if self._connection is None:
+            self._connection = self._reader.connect()
+        return nullcontext(self._connection)  # kept: opening costs as much as reading
 
     async def apply(self, batch: Sequence[Changes]) -> list[bool]:
         loop = asyncio.get_running_loop()
@@ -106,7 +115,9 @@ class _SQLite:
 
     async def dispose(self) -> None:
         self._thread.shutdown()
-        self.reader.dispose()
+        if self._connection is not None:
+            self._connection.close()
+        self._reader.dispose()
         self._writer.dispose()
 
 
@@ -140,7 +151,9 @@ class _PostgreSQL:
         self._writer = _asyncpg(
             settings, size=WRITER_CONNECTIONS, isolation_level="READ COMMITTED"
         )
-        self.reader = self._reader.sync_engine
+
+    def connect(self) -> AbstractContextManager[sa.Connection]:
+        return self._reader.sync_engine.connect()
 
     async def apply(self, batch: Sequence[Changes]) -> list[bool]:
         async with self._writer.begin() as connection:

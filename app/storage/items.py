@@ -25,6 +25,7 @@ REPLACE = (
 )
 REMEMBER = item_history.insert()
 BY_ID = sa.select(items).where(items.c.id == sa.bindparam("item"))
+NEXT_SERIAL = sa.select(sa.func.coalesce(sa.func.max(items.c.serial) + 1, 0))
 CHANGED = (
     sa.select(items)
     .where(items.c.catalogue > sa.bindparam("since"))
@@ -77,6 +78,12 @@ def by_id(store: Store, item: str) -> Item | None:
     return None if row is None else _item(row)
 
 
+def next_serial(store: Store) -> int:
+    """The serial of the next new item, for a unit that claims the catalogue."""
+    row = store.row(NEXT_SERIAL)
+    return 0 if row is None else int(row[0])
+
+
 def page(
     store: Store, after: str, limit: int, *, retired: bool = False
 ) -> Sequence[Item]:
@@ -89,9 +96,15 @@ def page(
 def changed(store: Store, since: int) -> Iterator[Item]:
     """Items that changed after a catalogue, in order of serial."""
     after = -1
-    while rows := store.rows(CHANGED, {"since": since, "after": after, "limit": SIZE}):
-        yield from (_item(row) for row in rows)
-        after = rows[-1].serial
+    while some := in_order(store, since=since, after=after):
+        yield from some
+        after = some[-1].serial
+
+
+def in_order(store: Store, *, since: int = -1, after: int = -1) -> Sequence[Item]:
+    """The next few items after a serial, those that changed after a catalogue."""
+    rows = store.rows(CHANGED, {"since": since, "after": after, "limit": SIZE})
+    return [_item(row) for row in rows]
 
 
 def at(store: Store, catalogue: int) -> Iterator[sa.Row[Any]]:

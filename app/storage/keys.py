@@ -11,9 +11,16 @@ from app.storage.store import Store
 from app.storage.tables import keys
 
 INSERT = keys.insert()
+OTHER = keys.alias()
+OTHER_ADMIN = sa.exists().where(
+    OTHER.c.scope == Scope.ADMIN.value,
+    OTHER.c.revoked_at.is_(None),
+    OTHER.c.id != keys.c.id,
+)
 REVOKE = (
     keys.update()
     .where(keys.c.id == sa.bindparam("key"))
+    .where(sa.or_(keys.c.scope != Scope.ADMIN.value, OTHER_ADMIN))
     .values(revoked_at=sa.bindparam("at"))
 )
 BY_DIGEST = sa.select(keys).where(keys.c.digest == sa.bindparam("digest"))
@@ -35,6 +42,7 @@ def insert(store: Store, key: Key) -> None:
 
 
 def revoke(store: Store, key: str, at: datetime) -> None:
+    """Revoke a key, unless it is the last that can administer."""
     store.write(REVOKE, {"key": key, "at": at})
 
 

@@ -1,13 +1,18 @@
 """Brings a database to this release's tables, and says whether it is there."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import sqlalchemy as sa
 from alembic import command
 from alembic.config import Config
 from alembic.script import ScriptDirectory
+from sqlalchemy.exc import DBAPIError
 
 import migrations
+from app.errors import DatabaseUnavailable
+from app.storage.outages import is_missing_table, is_outage
 from app.storage.store import Store
 
 VERSION = sa.text("SELECT version_num FROM alembic_version")
@@ -22,11 +27,13 @@ def config(url: str) -> Config:
 
 
 def upgrade(url: str, to: str = "head") -> None:
-    command.upgrade(config(url), to)
+    with _outages_told():
+        command.upgrade(config(url), to)
 
 
 def downgrade(url: str, to: str) -> None:
-    command.downgrade(config(url), to)
+    with _outages_told():
+        command.downgrade(config(url), to)
 
 
 def head() -> str | None:
@@ -34,6 +41,21 @@ def head() -> str | None:
 
 
 def present(store: Store) -> str | None:
-    """The revision a database is at."""
-    row = store.row(VERSION)
+    """The revision a database is at, None if it was never migrated."""
+    try:
+        row = store.row(VERSION)
+    except DBAPIError as error:
+        if is_missing_table(error):
+            return None
+        raise
     return None if row is None else str(row.version_num)
+
+
+@contextmanager
+def _outages_told() -> Iterator[None]:
+    try:
+        yield
+    except Exception as error:
+        if not is_outage(error):
+            raise
+        raise DatabaseUnavailable("The database does not answer.") from error

@@ -15,6 +15,23 @@ VERSIONS = (
     .where(models.c.id == sa.bindparam("model"))
     .order_by(models.c.version.desc())
 )
+LATEST = VERSIONS.limit(1)
+VERSION = sa.select(models).where(
+    models.c.id == sa.bindparam("model"), models.c.version == sa.bindparam("version")
+)
+IDS = (
+    sa.select(models.c.id, sa.func.max(models.c.version).label("version"))
+    .where(models.c.id > sa.bindparam("after"))
+    .group_by(models.c.id)
+    .subquery()
+)
+PAGE = (
+    sa.select(models)
+    .join(IDS, sa.and_(models.c.id == IDS.c.id, models.c.version == IDS.c.version))
+    .where(models.c.retired.is_(False))
+    .order_by(models.c.id)
+    .limit(sa.bindparam("limit"))
+)
 AT = (
     sa.select(models)
     .where(models.c.catalogue <= sa.bindparam("catalogue"))
@@ -46,9 +63,21 @@ def insert(store: Store, model: ItemModel) -> None:
     )
 
 
-def versions(store: Store, model: str) -> Sequence[ItemModel]:
-    """All versions of a model, the latest first."""
-    return [_model(row) for row in store.rows(VERSIONS, {"model": model})]
+def latest(store: Store, model: str) -> ItemModel | None:
+    """The latest version of a model, which may say that it is retired."""
+    row = store.row(LATEST, {"model": model})
+    return None if row is None else _model(row)
+
+
+def version(store: Store, model: str, version: int) -> ItemModel | None:
+    row = store.row(VERSION, {"model": model, "version": version})
+    return None if row is None else _model(row)
+
+
+def page(store: Store, after: str, limit: int) -> Sequence[ItemModel]:
+    """The latest version of each model that is not retired, in order of id."""
+    rows = store.rows(PAGE, {"after": after, "limit": limit})
+    return [_model(row) for row in rows]
 
 
 def at(store: Store, catalogue: int) -> Sequence[ItemModel]:

@@ -47,6 +47,25 @@ PAGE = (
     .limit(sa.bindparam("limit"))
 )
 
+HISTORY = (
+    sa.select(
+        items.c.id.label("item"),
+        plays.c.closed,
+        plays.c.signal,
+        plays.c.fraction,
+        plays.c.answered_at,
+    )
+    .join(items, items.c.serial == plays.c.item)
+    .where(
+        plays.c.user_id == sa.bindparam("user"),
+        plays.c.closed > sa.bindparam("after"),
+    )
+    .order_by(plays.c.closed)
+    .limit(sa.bindparam("limit"))
+)
+KEYS = sa.select(plays.c.idempotency_key).where(
+    plays.c.user_id == sa.bindparam("user"), plays.c.idempotency_key.is_not(None)
+)
 PENDING_OF = sa.select(plays.c.id).where(
     plays.c.user_id == sa.bindparam("user"), plays.c.closed.is_(None)
 )
@@ -140,6 +159,16 @@ def every(store: Store, user: str, size: int = 1000) -> Iterator[Play]:
     while plays_ := page(store, user, before, size):
         yield from plays_
         before = plays_[-1].closed or 0
+
+
+def history(store: Store, user: str, after: int, limit: int) -> Sequence[sa.Row[Any]]:
+    """Item id, slot, signal, fraction and moment of closed plays after a slot."""
+    return store.rows(HISTORY, {"user": user, "after": after, "limit": limit})
+
+
+def idempotency_keys(store: Store, user: str) -> set[str]:
+    """The keys under which plays of a user were reported."""
+    return {row.idempotency_key for row in store.rows(KEYS, {"user": user})}
 
 
 def pending_of(store: Store, user: str) -> UUID | None:

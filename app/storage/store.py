@@ -8,6 +8,7 @@ still stand (compare and set), else the unit runs again on what has changed.
 import asyncio
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
@@ -16,6 +17,7 @@ from sqlalchemy.util import await_only
 
 T = TypeVar("T")
 Params = Mapping[str, object]
+Connect = Callable[[], AbstractContextManager[sa.Connection]]
 
 
 class Rows(Protocol):
@@ -40,21 +42,21 @@ class Changes:
 class Store:
     """All queries of one unit of work."""
 
-    def __init__(self, reader: sa.Engine, executor: Executor) -> None:
-        self._reader = reader
+    def __init__(self, connect: Connect, executor: Executor) -> None:
+        self._connect = connect
         self._executor = executor
         self.changes = Changes()
 
     def rows(
         self, statement: sa.Executable, params: Params | None = None
     ) -> Sequence[sa.Row[Any]]:
-        with self._reader.connect() as connection:
+        with self._connect() as connection:
             return connection.execute(statement, params).all()
 
     def row(
         self, statement: sa.Executable, params: Params | None = None
     ) -> sa.Row[Any] | None:
-        with self._reader.connect() as connection:
+        with self._connect() as connection:
             return connection.execute(statement, params).first()
 
     def write(self, statement: sa.Executable, *rows: Params) -> None:

@@ -128,7 +128,7 @@ def test_any_sequence_of_requests_keeps_the_invariants(service: Service) -> None
         pass
 
     OnThisService.service = service
-    run_state_machine_as_test(  # type: ignore[no-untyped-call]
+    run_state_machine_as_test(
         OnThisService,
         settings=settings(
             max_examples=12,

@@ -83,7 +83,7 @@ def test_a_unit_that_always_loses_gives_up(database_url: str) -> None:
     run(database_url, work)
 
 
-def test_a_batch_is_committed_as_one(sqlite_url: str) -> None:
+def test_a_batch_is_committed_as_one() -> None:
     async def work() -> None:
         batches: list[int] = []
         release = asyncio.Event()

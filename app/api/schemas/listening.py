@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Annotated, Self
 from uuid import UUID
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from app.api.schemas.fields import Chance, Form, Id
 from app.api.schemas.plays import ExplanationView
@@ -36,8 +36,20 @@ class SelectionForm(Form):
         return Selection(tuple(self.tags), named, tuple(self.exclude))
 
 
+ONE_OF_BOTH: list[JsonValue] = [
+    {
+        "title": present,
+        "required": [present],
+        "properties": {present: {"not": {"type": "null"}}, absent: {"type": "null"}},
+    }
+    for present, absent in (("signal", "fraction"), ("fraction", "signal"))
+]
+
+
 class FeedbackForm(Form):
     """The answer to a play: a signal, or the share of the item that was played."""
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": ONE_OF_BOTH})
 
     signal: Signal | None = None
     fraction: Annotated[Chance | None, Field(strict=True, examples=[0.93])] = None

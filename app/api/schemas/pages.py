@@ -1,53 +1,63 @@
-"""Pages: how many rows, and an opaque cursor to the next ones."""
+"""Pages: how many entries, and where the page before ended, in a form only we read."""
 
 import base64
 import binascii
+import json
+from contextlib import suppress
 from typing import Annotated
 
 from fastapi import Query
 from pydantic import Field
 
-from app.errors import Fault, InvalidRequest
+from app.api.schemas.fields import storable
+from app.errors import InvalidCursor
 
-Limit = Annotated[int, Query(ge=1, le=1000, description="rows in a page")]
+LONGEST = 128
+HIGHEST = 2**31 - 1
+
+Limit = Annotated[int, Query(ge=1, le=1000, description="most entries of a page")]
 CursorQuery = Annotated[
-    str | None,
-    Query(max_length=1000, description="`next` of the page before"),
+    str | None, Query(max_length=1000, description="`next` of the page before")
 ]
 NextCursor = Annotated[
-    str | None, Field(description="`cursor` of the next page, null on the last one")
+    str | None, Field(description="cursor of the page that follows, null at the end")
 ]
 
 
 def encode(place: str | int | None) -> str | None:
-    """A cursor that stands for a place in a list."""
+    """The cursor of the page that follows this place, if one does."""
     if place is None:
         return None
-    return base64.urlsafe_b64encode(str(place).encode()).decode().rstrip("=")
+    plain = json.dumps(place).encode()
+    return base64.urlsafe_b64encode(plain).decode().rstrip("=")
 
 
-def decode(cursor: str | None, *, first: str) -> str:
-    """The place that a cursor stands for; without one, the first."""
+def decode_text(cursor: str | None, first: str = "") -> str:
+    """The place, an id, that a cursor stands for."""
     if cursor is None:
         return first
+    place = _read(cursor)
+    if isinstance(place, str) and len(place) <= LONGEST:
+        with suppress(ValueError):
+            return storable(place)
+    raise InvalidCursor(cursor)
+
+
+def decode_number(cursor: str | None, first: int) -> int:
+    """The place, a number, that a cursor stands for."""
+    if cursor is None:
+        return first
+    place = _read(cursor)
+    if type(place) is int and 0 <= place <= HIGHEST:
+        return place
+    raise InvalidCursor(cursor)
+
+
+def _read(cursor: str) -> object:
+    padding = "=" * (-len(cursor) % 4)
     try:
-        padded = cursor + "=" * (-len(cursor) % 4)
-        place = base64.b64decode(padded, altchars=b"-_", validate=True).decode()
-    except (binascii.Error, ValueError):
-        raise _wrong(cursor) from None
-    if not place.isprintable():
-        raise _wrong(cursor)
+        plain = base64.b64decode(cursor + padding, altchars=b"-_", validate=True)
+        place: object = json.loads(plain)
+    except (ValueError, binascii.Error, RecursionError) as error:
+        raise InvalidCursor(cursor) from error
     return place
-
-
-def decode_number(cursor: str | None, *, first: int) -> int:
-    """The same for a place that is a number."""
-    place = decode(cursor, first=str(first))
-    if not place.removeprefix("-").isdecimal() or abs(int(place)) >= 2**31:
-        raise _wrong(cursor)
-    return int(place)
-
-
-def _wrong(cursor: str | None) -> InvalidRequest:
-    fault = Fault("cursor", "not a cursor of this list", cursor)
-    return InvalidRequest("The cursor was not made by this list.", fault)

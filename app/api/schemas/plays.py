@@ -64,7 +64,7 @@ class PlayView(Form):
 
 
 class GroupView(Form):
-    """Candidates of which the same is believed; `item` is null where they are several."""
+    """Candidates of which the same is believed; `item` is null where several are."""
 
     item: str | None
     model: str

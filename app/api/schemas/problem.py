@@ -1,5 +1,7 @@
 """The form of every error (RFC 9457)."""
 
+from typing import Annotated
+
 from pydantic import BaseModel, Field
 
 
@@ -8,7 +10,10 @@ class FieldProblem(BaseModel):
 
     field: str = Field(examples=["params.horizon"])
     message: str
-    value: object = None
+    value: Annotated[
+        str | int | float | bool | None,
+        Field(description="as it was sent, if it is short"),
+    ] = None
 
 
 class Problem(BaseModel):
