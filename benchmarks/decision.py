@@ -1,8 +1,8 @@
 """How long a decision takes, beside a plain NumPy version of the same rollout.
 
-Run as `python -m benchmarks.decision`. Both versions take turns in one process, on one thread
-each; the figures are medians over rounds. The NumPy version carries the beliefs of all
-items in arrays, vectorised over trajectories, and shares no code with `policies`.
+Run as `python -m benchmarks.decision`. Both versions take turns in one process, on one
+thread each; the figures are medians over rounds. The NumPy version carries the beliefs
+of all items in arrays, vectorised over trajectories; it shares no code with `policies`.
 """
 
 import os

@@ -4,6 +4,7 @@ It carries every item of one user, steps every one of them in every slot, and sh
 nothing with the code under test.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -26,7 +27,7 @@ class Filter:
 
     def like(self, name: str) -> float:
         like: list[float] = self.items[name]["like"]
-        return sum(p * q for p, q in zip(self.beliefs[name], like, strict=True))
+        return math.fsum(p * q for p, q in zip(self.beliefs[name], like, strict=True))
 
 
 def after_play(

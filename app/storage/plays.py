@@ -1,6 +1,6 @@
 """The log of plays: the truth from which every belief can be rebuilt."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
@@ -8,7 +8,8 @@ from uuid import UUID
 
 import sqlalchemy as sa
 
-from app.domain import EVERYTHING, Answer, Play, Selection, Signal, Source
+from app.domain import Answer, Play, Signal
+from app.storage.play_rows import from_row, to_row
 from app.storage.store import Store
 from app.storage.tables import items, plays
 
@@ -82,31 +83,7 @@ class ClosedPlay:
 
 
 def insert(store: Store, play: Play) -> None:
-    chosen_from = play.selection
-    store.write(
-        INSERT,
-        {
-            "user_id": play.user,
-            "id": play.id,
-            "item": play.item,
-            "slot": play.slot,
-            "closed": play.closed,
-            "source": play.source.value,
-            "policy": play.policy,
-            "catalogue": play.catalogue,
-            "model": play.model,
-            "model_version": play.model_version,
-            "seed": play.seed,
-            "selection": None if chosen_from.is_everything else _plain(chosen_from),
-            "predicted": play.predicted,
-            "propensity": play.propensity,
-            "created_at": play.created_at,
-            "signal": None if play.signal is None else play.signal.value,
-            "fraction": play.fraction,
-            "answered_at": play.answered_at,
-            "idempotency_key": play.idempotency_key,
-        },
-    )
+    store.write(INSERT, to_row(play))
 
 
 def close(store: Store, play: Play, slot: int, answer: Answer, at: datetime) -> None:
@@ -180,46 +157,3 @@ def pending_of(store: Store, user: str) -> UUID | None:
 def count_pending(store: Store) -> int:
     row = store.row(PENDING)
     return 0 if row is None else int(row[0])
-
-
-def from_row(row: sa.Row[Any]) -> Play:
-    return Play(
-        id=row.id,
-        user=row.user_id,
-        item=row.item,
-        slot=row.slot,
-        closed=row.closed,
-        source=Source(row.source),
-        policy=row.policy,
-        catalogue=row.catalogue,
-        model=row.model,
-        model_version=row.model_version,
-        seed=row.seed,
-        selection=_selection(row.selection),
-        predicted=row.predicted,
-        propensity=row.propensity,
-        created_at=row.created_at,
-        signal=None if row.signal is None else Signal(row.signal),
-        fraction=row.fraction,
-        answered_at=row.answered_at,
-        idempotency_key=row.idempotency_key,
-    )
-
-
-def _plain(selection: Selection) -> dict[str, object]:
-    return {
-        "tags": selection.tags,
-        "candidates": selection.candidates,
-        "excluded": selection.excluded,
-    }
-
-
-def _selection(plain: Mapping[str, Sequence[str] | None] | None) -> Selection:
-    if plain is None:
-        return EVERYTHING
-    candidates = plain["candidates"]
-    return Selection(
-        tags=tuple(plain["tags"] or ()),
-        candidates=None if candidates is None else tuple(candidates),
-        excluded=tuple(plain["excluded"] or ()),
-    )

@@ -8,7 +8,8 @@ from uuid import UUID
 import sqlalchemy as sa
 
 from app.domain import Play, Revision, User
-from app.storage import plays as play_log
+from app.storage import plays as log
+from app.storage.play_rows import from_row
 from app.storage.store import Store
 from app.storage.tables import beliefs, plays, revision, users
 
@@ -76,7 +77,7 @@ def by_play(store: Store, play: UUID) -> tuple[Revision, User, Play] | None:
     row = store.row(BY_PLAY, {"play": play})
     if row is None:
         return None
-    asked = play_log.from_row(row)
+    asked = from_row(row)
     pending = asked if row.user_pending == asked.id else None
     standing = User(
         id=asked.user,
@@ -113,7 +114,7 @@ def keep_beliefs(store: Store, user: str, epoch: int, packed: bytes) -> None:
 
 def forget(store: Store, user: User) -> None:
     store.rely_on_user(user.id, user.version)
-    play_log.forget(store, user.id)
+    log.forget(store, user.id)
     store.write(FORGET_BELIEFS, {"user": user.id})
     store.write(FORGET, {"user": user.id})
 
@@ -134,7 +135,7 @@ def _user(user: str, row: sa.Row[Any]) -> User:
         id=user,
         slot=row.user_slot,
         version=row.user_version,
-        pending=None if row.id is None else play_log.from_row(row),
+        pending=None if row.id is None else from_row(row),
         epoch=row.beliefs_epoch or 0,
         packed=row.packed or b"",
     )

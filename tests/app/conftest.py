@@ -37,10 +37,11 @@ def sqlite_template(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def database_url(request: pytest.FixtureRequest) -> Iterator[str]:
+def database_url(request: pytest.FixtureRequest) -> str:
     """An empty, migrated database of each kind."""
     name = "sqlite_url" if request.param == "sqlite" else "postgres_url"
-    yield request.getfixturevalue(name)
+    url: str = request.getfixturevalue(name)
+    return url
 
 
 @pytest.fixture

@@ -74,7 +74,7 @@ class Server:
         return True
 
     def _copy_binaries(self) -> None:
-        """They lie below a folder that nobody may enter; they find libraries by path."""
+        """They lie where nobody may enter, and find their libraries by path."""
         package = self.bin.parents[1]
         here = self.directory / "site-packages"
         shutil.copytree(
@@ -114,7 +114,7 @@ class Server:
                 stdout=output,
                 stderr=subprocess.STDOUT,
                 cwd="/",
-                preexec_fn=die_with_parent,
+                preexec_fn=die_with_parent,  # noqa: PLW1509 - it runs no Python threads
                 **self.owner,
             )
         self._wait(process, log)
