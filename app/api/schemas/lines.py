@@ -1,0 +1,151 @@
+"""Forms of lines in files: items, models and plays, one a line."""
+
+from contextlib import suppress
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import Annotated, Self, TypeVar
+
+from pydantic import AfterValidator, Field, ValidationError, model_validator
+
+from app.api.faults import message_of
+from app.api.schemas.fields import Chance, Form, Id
+from app.api.schemas.items import ItemForm
+from app.api.schemas.models import ModelForm
+from app.domain import Signal
+from app.errors import Fault
+from app.services.changes import Imported
+from app.services.formats import Record, json_object
+from app.services.histories import PastPlay
+from app.services.items import NewItem
+from app.services.lines import BadRecord, Layout
+from app.services.models import NewModel
+
+F = TypeVar("F", bound=Form)
+
+
+def _moment(text: str) -> str:
+    """The moment in UTC; one without a time zone is none."""
+    with suppress(ValueError, OverflowError):
+        moment = datetime.fromisoformat(text)
+        if moment.tzinfo is not None:
+            return moment.astimezone(UTC).isoformat()
+    raise ValueError("must be a moment with its time zone: 2026-03-01T20:15:00Z")
+
+
+Moment = Annotated[str, AfterValidator(_moment)]
+
+
+class ItemLine(ItemForm):
+    """An item. Inactive: retired."""
+
+    id: Id
+    active: Annotated[bool, Field(strict=True)] = True
+
+
+class ModelLine(ModelForm):
+    """An item model."""
+
+    id: Id
+
+
+class PlayLine(Form):
+    """A play that a user made before, with its answer."""
+
+    user: Id
+    item: Id
+    signal: Signal | None = None
+    fraction: Annotated[Chance | None, Field(strict=True)] = None
+    at: Moment | None = None
+
+    @model_validator(mode="after")
+    def _answered(self) -> Self:
+        if self.signal is None and self.fraction is None:
+            raise ValueError("give a signal or a fraction")
+        return self
+
+
+class ImportResult(Form):
+    """What an import changed, or would change in a dry run."""
+
+    created: int
+    replaced: int
+    unchanged: int
+    retired: int
+    dry_run: bool
+
+    @classmethod
+    def of(cls, imported: Imported) -> Self:
+        return cls(
+            created=imported.created,
+            replaced=imported.replaced,
+            unchanged=imported.unchanged,
+            retired=imported.retired,
+            dry_run=imported.dry_run,
+        )
+
+
+def read_item(record: Record) -> NewItem:
+    line = _form(ItemLine, record)
+    return replace(line.item(line.id), active=line.active)
+
+
+def read_model(record: Record) -> NewModel:
+    line = _form(ModelLine, record)
+    return line.model(line.id)
+
+
+def read_play(record: Record) -> PastPlay:
+    line = _form(PlayLine, record)
+    return PastPlay(line.user, line.item, line.signal, line.fraction, line.at)
+
+
+def _form(kind: type[F], record: Record) -> F:
+    try:
+        return kind.model_validate(record)
+    except ValidationError as error:
+        raise BadRecord(
+            *(
+                Fault(
+                    ".".join(map(str, problem["loc"])),
+                    message_of(problem),
+                    problem["input"],
+                )
+                for problem in error.errors(include_url=False)
+            )
+        ) from error
+
+
+def _tags(cell: str) -> list[str]:
+    return [tag for tag in cell.split(";") if tag]
+
+
+def _truth(cell: str) -> bool:
+    try:
+        return {"true": True, "false": False}[cell.lower()]
+    except KeyError:
+        raise ValueError("must be true or false") from None
+
+
+def _number(cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        raise ValueError("must be a number") from None
+
+
+ITEMS = Layout(
+    read_item,
+    {
+        "id": str,
+        "model": str,
+        "title": str,
+        "tags": _tags,
+        "payload": json_object,
+        "active": _truth,
+    },
+)
+MODELS = Layout(read_model, {})
+HISTORY = Layout(
+    read_play,
+    {"user": str, "item": str, "signal": str, "fraction": _number, "at": str},
+)

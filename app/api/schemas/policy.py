@@ -1,0 +1,163 @@
+"""Forms of policies: one for each in the registry, derived from its declaration."""
+
+from collections.abc import Iterable, Mapping
+from datetime import datetime
+from typing import Annotated, Any, Self
+
+from fastapi.openapi.models import Example
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetPydanticSchema,
+    ValidationError,
+    create_model,
+)
+from pydantic_core import (
+    CoreSchema,
+    InitErrorDetails,
+    PydanticCustomError,
+    core_schema,
+)
+
+from app.api.schemas.fields import Form, Note
+from app.api.schemas.pages import NextCursor
+from app.domain import PolicyVersion
+from app.services.policy_catalogue import Choice, Option, choices
+
+
+class Params(Form):
+    """Parameters of a policy."""
+
+    model_config = ConfigDict(strict=True, allow_inf_nan=False)
+
+
+class PolicyForm(Form):
+    """A policy to put in force; parameters left out take their defaults."""
+
+    name: str
+    params: Params = Params()
+    note: Note = ""
+
+
+class RollbackForm(Form):
+    """Why the policy before the present one is put back."""
+
+    note: Note = ""
+
+
+class PolicyInForce(Form):
+    """A policy that is or was in force."""
+
+    version: int
+    name: str
+    params: Annotated[
+        Mapping[str, object], Field(description="complete, with all defaults")
+    ]
+    note: str
+    activated_at: datetime
+    by: Annotated[str, Field(description="id of the key that put it in force")]
+    restores: Annotated[
+        int | None, Field(description="the version that a rollback went back to")
+    ]
+
+    @classmethod
+    def of(cls, policy: PolicyVersion) -> Self:
+        return cls(
+            version=policy.version,
+            name=policy.name,
+            params=policy.params,
+            note=policy.note,
+            activated_at=policy.activated_at,
+            by=policy.by,
+            restores=policy.restores,
+        )
+
+
+class PolicyPage(Form):
+    policies: list[PolicyInForce]
+    next: NextCursor
+
+
+class Named(BaseModel):
+    """As much of a form as says which one it is."""
+
+    model_config = ConfigDict(strict=True)
+
+    name: str
+
+
+def form_of(choice: Choice) -> type[PolicyForm]:
+    """The form of one policy."""
+    title = choice.name.title().replace("_", "")
+    fields: dict[str, Any] = {o.name: _field(o) for o in choice.options}
+    params = create_model(
+        f"{title}Params",
+        __base__=Params,
+        __doc__=f"Parameters of `{choice.name}`.",
+        **fields,
+    )
+    return create_model(
+        f"{title}Policy",
+        __base__=PolicyForm,
+        __doc__=choice.summary,
+        name=Annotated[str, _one_of(choice.name)],
+        params=(params, params()),
+    )
+
+
+def chosen_by_name(forms: Mapping[str, type[PolicyForm]]) -> GetPydanticSchema:
+    """The form that `name` asks for; faults are placed as if it were the only one."""
+
+    def validate(value: object) -> PolicyForm:
+        name = Named.model_validate(value).name
+        if name in forms:
+            return forms[name].model_validate(value)
+        raise ValidationError.from_exception_data("policy", [_unknown(name, forms)])
+
+    def schema(_source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        kinds = {name: handler.generate_schema(form) for name, form in forms.items()}
+        return core_schema.no_info_plain_validator_function(
+            validate,
+            json_schema_input_schema=core_schema.tagged_union_schema(kinds, "name"),
+        )
+
+    return GetPydanticSchema(schema)
+
+
+def _field(option: Option) -> object:
+    parameter = option.parameter
+    if parameter.choices:
+        return Annotated[
+            str,
+            _one_of(*parameter.choices),
+            Field(default=option.default, description=parameter.description),
+        ]
+    bounds = parameter.bounds
+    field = Field(
+        default=option.default,
+        description=parameter.description,
+        ge=None if bounds is None else bounds.low,
+        le=None if bounds is None or bounds.below else bounds.high,
+        lt=bounds.high if bounds is not None and bounds.below else None,
+    )
+    return parameter.kind, field
+
+
+def _one_of(*values: str) -> GetPydanticSchema:
+    return GetPydanticSchema(lambda *_: core_schema.literal_schema([*values]))
+
+
+def _unknown(name: str, forms: Iterable[str]) -> InitErrorDetails:
+    message = f"must be one of {', '.join(forms)}"
+    error = PydanticCustomError("unknown_policy", "{message}", {"message": message})
+    return {"type": error, "loc": ("name",), "input": name}
+
+
+FORMS = {choice.name: form_of(choice) for choice in choices()}
+EXAMPLES: dict[str, Example] = {
+    name: {"summary": name, "value": form(name=name, note="why").model_dump()}
+    for name, form in FORMS.items()
+}
+AnyPolicyForm = Annotated[PolicyForm, chosen_by_name(FORMS)]

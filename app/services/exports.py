@@ -1,0 +1,72 @@
+"""Exports: NDJSON, line by line, in the form in which it can be imported again."""
+
+import json
+from collections.abc import AsyncIterator
+from functools import partial
+
+from app.domain import Item, ItemModel
+from app.services.audits import each_user
+from app.storage import items, models, plays
+from app.storage.database import Database
+
+PAGE = 1000
+
+
+async def export_models(database: Database) -> AsyncIterator[str]:
+    """The latest version of each model."""
+    after = ""
+    while some := await database.run(partial(models.page, after=after, limit=PAGE)):
+        for model in some:
+            yield _line(_model(model))
+        after = some[-1].id
+
+
+async def export_items(database: Database) -> AsyncIterator[str]:
+    """All items in order of arrival; retired ones say so."""
+    after = -1
+    while some := await database.run(partial(items.in_order, after=after)):
+        for item in some:
+            yield _line(_item(item))
+        after = some[-1].serial
+
+
+async def export_history(database: Database) -> AsyncIterator[str]:
+    """All plays that were closed, user by user, in order."""
+    async for user in each_user(database):
+        after = -1
+        while some := await database.run(
+            partial(plays.history, user=user, after=after, limit=PAGE)
+        ):
+            for play in some:
+                answer = {"signal": play.signal, "at": play.answered_at.isoformat()}
+                if play.fraction is not None:
+                    answer["fraction"] = play.fraction
+                yield _line({"user": user, "item": play.item} | answer)
+            after = some[-1].closed
+
+
+def _line(plain: object) -> str:
+    return json.dumps(plain, ensure_ascii=False) + "\n"
+
+
+def _model(model: ItemModel) -> dict[str, object]:
+    return {
+        "id": model.id,
+        "states": model.states,
+        "play": model.play,
+        "rest": model.rest,
+        "like": model.like,
+        "prior": model.prior,
+        "source": model.source,
+    }
+
+
+def _item(item: Item) -> dict[str, object]:
+    described: dict[str, object] = {
+        "id": item.id,
+        "model": item.model,
+        "title": item.title,
+        "tags": item.tags,
+        "payload": item.payload,
+    }
+    return described if item.active else described | {"active": False}

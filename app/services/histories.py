@@ -1,0 +1,164 @@
+"""Import of plays that users made before there was Encore, in the order of a file."""
+
+import asyncio
+import hashlib
+import json
+from array import array
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from functools import partial
+from itertools import islice
+
+from app.domain import Answer, Report, Signal
+from app.errors import Fault
+from app.services.answers import answer_of
+from app.services.catalogue import Catalogue
+from app.services.lines import LineFile
+from app.services.live import Live
+from app.services.staging import Staging
+from app.services.standing import Standing
+from app.settings import Settings
+from app.storage import plays, revision, users
+from app.storage.database import Database
+from app.storage.store import Store
+
+FIELDS = ("user", "item", "signal", "fraction", "at")
+TOGETHER = 64  # users whose plays may share one group commit
+
+
+@dataclass(frozen=True, slots=True)
+class PastPlay:
+    """A play and its answer: a signal, else the share that was played; `at` as ISO."""
+
+    user: str
+    item: str
+    signal: str | None
+    fraction: float | None
+    at: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class HistoryImported:
+    """What an import of plays did.
+
+    users:   that the file names
+    entered: plays that are new
+    known:   plays that an earlier import of the same lines had entered
+    """
+
+    users: int
+    entered: int
+    known: int
+
+
+@dataclass(slots=True)
+class Histories:
+    """The plays of a file, by user, in order."""
+
+    staged: Staging[PastPlay]
+    by_user: dict[str, "array[int]"] = field(default_factory=dict)
+
+    def add(self, line: int, play: PastPlay) -> None:
+        self.by_user.setdefault(play.user, array("q")).append(len(self.staged))
+        self.staged.add(line, play)
+
+    def of(self, user: str) -> list[PastPlay]:
+        return [self.staged[number] for number in self.by_user[user]]
+
+
+async def import_history(
+    database: Database,
+    live: Live,
+    settings: Settings,
+    file: LineFile[PastPlay],
+    *,
+    dry_run: bool = False,
+    progress: Callable[[int, int], object] | None = None,
+) -> HistoryImported:
+    """Enter the plays of a file, once all its lines are found good.
+
+    Each user's plays are one unit of work; those that an import of the same lines has
+    entered before are left out. `progress` is told how many are done, and of how many.
+    """
+    catalogue = await database.run(partial(_catalogue, live=live))
+    with Staging(FIELDS, PastPlay) as staged:
+        histories = Histories(staged)
+        await asyncio.to_thread(_stage, file, histories, catalogue)
+        users_ = len(histories.by_user)
+        if dry_run:
+            return HistoryImported(users_, 0, 0)
+        entered = done = 0
+        for some in _in_groups(histories.by_user):
+            work = (
+                partial(
+                    _enter, live=live, settings=settings, history=histories.of(user)
+                )
+                for user in some
+            )
+            entered += sum(await asyncio.gather(*map(database.run, work)))
+            done += sum(len(histories.by_user[user]) for user in some)
+            if progress is not None:
+                progress(done, len(staged))
+        return HistoryImported(users_, entered, len(staged) - entered)
+
+
+def _catalogue(store: Store, live: Live) -> Catalogue:
+    return live.catalogue(store, revision.current(store))
+
+
+def _stage(
+    file: LineFile[PastPlay], histories: Histories, catalogue: Catalogue
+) -> None:
+    faults = file.faults()
+    for line, play in file.entries(faults):
+        if catalogue.serial_of(play.item) is None:
+            faults.add(line, Fault("item", "unknown item", play.item))
+        else:
+            histories.add(line, play)
+    faults.refuse()
+
+
+def _in_groups(names: Iterable[str]) -> Iterator[list[str]]:
+    rest = iter(names)
+    while some := list(islice(rest, TOGETHER)):
+        yield some
+
+
+def _enter(
+    store: Store, live: Live, settings: Settings, history: Sequence[PastPlay]
+) -> int:
+    """Enter those plays of one user that were not entered before; tell how many."""
+    known, user = users.by_id(store, history[0].user)
+    catalogue = live.catalogue(store, known)
+    before = plays.idempotency_keys(store, user.id)
+    standing = Standing.of(store, catalogue, user, datetime.now(UTC))
+    new = [(key, play) for key, play in _keyed(history) if key not in before]
+    for key, play in new:
+        report = _report(settings, play, key)
+        serial = catalogue.listing.serials[play.item]
+        standing.report(serial, report)
+        standing.learn(serial, report.answer)
+    if new:
+        standing.save(user.pending)
+    return len(new)
+
+
+def _keyed(history: Iterable[PastPlay]) -> Iterator[tuple[str, PastPlay]]:
+    """Each play with a key of its own: what it says, and the how-manieth it is."""
+    count: Counter[PastPlay] = Counter()
+    for play in history:
+        count[play] += 1
+        plain = (play.item, play.signal, play.fraction, play.at, count[play])
+        digest = hashlib.sha256(json.dumps(plain).encode()).hexdigest()
+        yield f"import:{digest}", play
+
+
+def _report(settings: Settings, play: PastPlay, key: str) -> Report:
+    if play.signal is None:
+        answer = answer_of(settings, None, play.fraction)
+    else:
+        answer = Answer(Signal(play.signal), play.fraction)
+    at = None if play.at is None else datetime.fromisoformat(play.at)
+    return Report(play.item, answer, key, at)

@@ -1,0 +1,90 @@
+"""Several processes on one PostgreSQL: each obeys a change at once."""
+
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import httpx
+import pytest
+
+from tests.app.postgres import Server
+from tests.app.service import ADMIN, client_of
+from tests.app.workers import served
+from tests.catalogues import load, paper_example
+
+WORKERS = 4
+THREADS = 16
+
+
+@pytest.fixture(scope="module")
+def crowd(postgres: Server) -> Iterator[httpx.Client]:
+    """Four workers with the paper's example 2."""
+    postgres.execute("CREATE DATABASE crowd TEMPLATE template_encore")
+    with served(postgres.url("crowd"), workers=WORKERS) as client:
+        load(client, paper_example(2))
+        yield client
+    postgres.execute("DROP DATABASE crowd WITH (FORCE)")
+
+
+def test_every_worker_obeys_a_swap_on_its_next_request(crowd: httpx.Client) -> None:
+    for round_, policy in enumerate(("myopic", "random", "best_fixed", "myopic")):
+        swapped = crowd.put("/v1/admin/policy", json={"name": policy}).json()
+        expected = {"version": swapped["version"], "name": policy}
+
+        plays = in_parallel(crowd, [f"user-{round_}-{number}" for number in range(64)])
+
+        assert [play["policy"] for play in plays] == [expected] * 64
+
+
+def test_every_worker_knows_a_new_item_at_once(crowd: httpx.Client) -> None:
+    in_parallel(crowd, [f"early-{number}" for number in range(32)])
+    crowd.put("/v1/items/brand-new", json={"model": "item-1"}).raise_for_status()
+
+    plays = in_parallel(
+        crowd, [f"user-{n}" for n in range(64)], {"candidate": "brand-new"}
+    )
+
+    assert {play["item"] for play in plays} == {"brand-new"}
+
+
+def test_one_of_many_answers_wins_across_workers(crowd: httpx.Client) -> None:
+    for round_ in range(10):
+        [play] = in_parallel(crowd, [f"ann-{round_}"])
+
+        def answer(signal: str, play: str = str(play["play"])) -> httpx.Response:
+            with client_of(str(crowd.base_url), ADMIN) as client:
+                return client.post(
+                    f"/v1/plays/{play}/feedback", json={"signal": signal}
+                )
+
+        with ThreadPoolExecutor(THREADS) as threads:
+            answers = list(threads.map(answer, ["like", "skip"] * (THREADS // 2)))
+
+        found = Counter(answer.status_code for answer in answers)
+        assert found == {200: THREADS // 2, 409: THREADS // 2}
+        assert crowd.get(f"/v1/users/ann-{round_}/beliefs").json()["slot"] == 1
+
+
+def test_sqlite_is_served_by_one_worker(
+    sqlite_url: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with served(sqlite_url, workers=3) as client:
+        load(client, paper_example(2))
+
+    said = capfd.readouterr()
+    assert "serving with 1 process, not 3" in said.err
+
+
+def in_parallel(
+    crowd: httpx.Client, users: list[str], params: dict[str, str] | None = None
+) -> list[dict[str, object]]:
+    """A play for each user, each over a connection of its own."""
+
+    def ask(user: str) -> dict[str, object]:
+        with client_of(str(crowd.base_url), ADMIN) as client:
+            answer = client.get(f"/v1/users/{user}/next", params=params)
+        play: dict[str, object] = answer.raise_for_status().json()
+        return play
+
+    with ThreadPoolExecutor(THREADS) as threads:
+        return list(threads.map(ask, users))
