@@ -4,6 +4,7 @@ Every unit of work reads the revision together with the user's row. If it has mo
 snapshot follows before anything is decided: so each worker obeys a change at once.
 """
 
+import asyncio
 from dataclasses import dataclass
 from datetime import timedelta
 
@@ -34,15 +35,16 @@ class Live:
     def __init__(self, pending_ttl: timedelta) -> None:
         self.pending_ttl = pending_ttl
         self._catalogue = Catalogue.empty()
+        self._following = asyncio.Lock()
         self._in_force: InForce | None = None
         self._versions: dict[int, PolicyVersion] = {}
 
     def catalogue(self, store: Store, known: Revision) -> Catalogue:
         """The catalogue of this revision, or of a later one."""
         if self._catalogue.version < known.catalogue:
-            newer = follow(store, self._catalogue, known)
-            if newer.version > self._catalogue.version:
-                self._catalogue = newer
+            with store.alone(self._following):
+                if self._catalogue.version < known.catalogue:
+                    self._catalogue = follow(store, self._catalogue, known)
         return self._catalogue
 
     def policy(self, store: Store, known: Revision, catalogue: Catalogue) -> InForce:

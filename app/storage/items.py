@@ -60,7 +60,7 @@ AT = (
     .order_by(item_history.c.serial)
     .limit(sa.bindparam("limit"))
 )
-SIZE = 5000
+SIZE = 500
 
 
 def insert(store: Store, new: Callable[[], Iterator[Item]]) -> None:
@@ -99,6 +99,7 @@ def changed(store: Store, since: int) -> Iterator[Item]:
     while some := in_order(store, since=since, after=after):
         yield from some
         after = some[-1].serial
+        store.pause()
 
 
 def in_order(store: Store, *, since: int = -1, after: int = -1) -> Sequence[Item]:

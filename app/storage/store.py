@@ -8,7 +8,7 @@ still stand (compare and set), else the unit runs again on what has changed.
 import asyncio
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
@@ -74,6 +74,19 @@ class Store:
     def rely_on_revision(self, part: str, number: int) -> None:
         """Write only if this part of the revision still stands."""
         self.changes.revision[part] = number
+
+    def pause(self) -> None:
+        """Let other requests have their turn in the middle of something long."""
+        await_only(asyncio.sleep(0))
+
+    @contextmanager
+    def alone(self, lock: asyncio.Lock) -> Iterator[None]:
+        """Do something that units of this process would otherwise do in parallel."""
+        await_only(lock.acquire())
+        try:
+            yield
+        finally:
+            lock.release()
 
     def aside(self, work: Callable[[], T]) -> T:
         """Compute something long without holding up other requests."""
