@@ -1,7 +1,7 @@
 """The API's own document: OpenAPI, with every status that a call may end in."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
@@ -79,37 +79,40 @@ def _document(app: FastAPI) -> Document:
         routes=app.routes,
     )
     for operation in _operations(document):
-        summary, _, rest = operation["description"].partition("\n\n")
-        operation |= {"summary": summary.rstrip("."), "description": rest}
-        answers = operation["responses"]
-        if _is_default(answers.get("422", {})):
-            del answers["422"]
-        for error in _common(operation):
-            _add(answers, error)
-        if links := links_of(operation["operationId"]):
-            for status in answers.keys() & {"200", "201"}:
-                answers[status]["links"] = links
-    schemas = document["components"]["schemas"]
-    schemas |= models_json_schema([(Problem, "serialization")], ref_template=REF)[1][
-        "$defs"
-    ]
-    while unused := [
-        name
-        for name in schemas
-        if f'{REF.format(model=name)}"' not in json.dumps(document)
-    ]:
-        for name in unused:
-            del schemas[name]
+        _complete(operation)
+    _, shared = models_json_schema([(Problem, "serialization")], ref_template=REF)
+    document["components"]["schemas"] |= shared["$defs"]
+    _drop_unused(document)
     return document
+
+
+def _complete(operation: Document) -> None:
+    """Tell what the routes leave out: common errors, links, what is done in a line."""
+    summary, _, rest = operation["description"].partition("\n\n")
+    operation |= {"summary": summary.rstrip("."), "description": rest}
+    answers = operation["responses"]
+    if "HTTPValidationError" in str(answers.get("422")):
+        del answers["422"]
+    for error in _common(operation):
+        _add(answers, error)
+    if links := links_of(operation["operationId"]):
+        for status in answers.keys() & {"200", "201"}:
+            answers[status]["links"] = links
+
+
+def _drop_unused(document: Document) -> None:
+    schemas = document["components"]["schemas"]
+    text = json.dumps(document)
+    unused = [name for name in schemas if f'"{REF.format(model=name)}"' not in text]
+    for name in unused:
+        del schemas[name]
+    if unused:  # what only these referred to
+        _drop_unused(document)
 
 
 def _operations(document: Document) -> Iterator[Document]:
     for path in document["paths"].values():
         yield from (path[method] for method in METHODS & path.keys())
-
-
-def _is_default(answer: Mapping[str, Any]) -> bool:
-    return "HTTPValidationError" in str(answer)
 
 
 def _common(operation: Document) -> Iterator[type[ClientError]]:

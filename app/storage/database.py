@@ -87,11 +87,13 @@ class _SQLite:
             settings.database_url,
             poolclass=StaticPool,
             isolation_level="AUTOCOMMIT",
+            hide_parameters=True,
             connect_args={"check_same_thread": False},
         )
         self._writer = sa.create_engine(
             settings.database_url,
             poolclass=StaticPool,
+            hide_parameters=True,
             connect_args={"check_same_thread": False},
         )
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="writer")
@@ -174,6 +176,6 @@ def _asyncpg(settings: Settings, *, size: int, isolation_level: str) -> AsyncEng
         pool_size=size,
         max_overflow=0,
         pool_timeout=5,
-        pool_pre_ping=False,
+        hide_parameters=True,
         connect_args=no_cache if settings.pgbouncer else {},
     )

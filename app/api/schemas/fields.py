@@ -68,7 +68,7 @@ Id = Annotated[
     ),
 ]
 PathId = Annotated[Id, BeforeValidator(_decoded)]
-Names = Annotated[list[Id], Query(max_length=1000)]
+Names = Annotated[list[Id], Query(max_length=100)]
 NO_NAMES: list[str] = []  # a default_factory is inspected anew for each request
 Note = Annotated[
     str,

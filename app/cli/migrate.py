@@ -1,0 +1,64 @@
+"""`encore migrate`: brings the database to this release's tables, or back."""
+
+import asyncio
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Annotated
+
+import typer
+from alembic.util import CommandError
+
+from app.cli.console import AsJson, Failed, say, show_json
+from app.cli.session import DatabaseUrl, configured, place, revision_of, unreachable
+from app.errors import DatabaseUnavailable
+from app.settings import Settings
+from app.storage import migrate
+
+
+def command(
+    *,
+    down_to: Annotated[
+        str | None,
+        typer.Option(help="Go back to this revision; `base` is before the first."),
+    ] = None,
+    yes: Annotated[bool, typer.Option("--yes", help="Go back without asking.")] = False,
+    database_url: DatabaseUrl = None,
+    as_json: AsJson = False,
+) -> None:
+    """Bring the database to this release's tables.
+
+    To do it again changes nothing. Going back loses what newer tables hold.
+    """
+    settings = configured(database_url=database_url)
+    if down_to is not None and not yes:
+        typer.confirm(f"Go back to {down_to}, and lose what is newer?", abort=True)
+    before = asyncio.run(revision_of(settings))
+    if down_to is None:
+        bring_up_to_date(settings)
+    else:
+        _bring_back(settings, down_to)
+    after = asyncio.run(revision_of(settings))
+    if as_json:
+        show_json({"database": place(settings), "from": before, "to": after})
+    else:
+        say(f"{place(settings)}: {before or 'empty'} -> {after or 'empty'}")
+
+
+def bring_up_to_date(settings: Settings) -> None:
+    with _told(settings):
+        migrate.upgrade(settings.database_url)
+
+
+def _bring_back(settings: Settings, to: str) -> None:
+    with _told(settings):
+        migrate.downgrade(settings.database_url, to)
+
+
+@contextmanager
+def _told(settings: Settings) -> Iterator[None]:
+    try:
+        yield
+    except CommandError as error:
+        raise Failed(str(error), status=2) from error
+    except DatabaseUnavailable as error:
+        raise unreachable(settings, error) from error

@@ -1,0 +1,124 @@
+"""From the command line to a unit of work: settings, database, what is in force."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, TypeVar
+from urllib.parse import urlsplit
+
+import typer
+from pydantic import ValidationError
+
+from app.cli.console import Failed
+from app.errors import DatabaseUnavailable
+from app.services.live import Live
+from app.settings import Settings
+from app.storage import migrate
+from app.storage.database import Database
+from app.storage.store import Store
+
+T = TypeVar("T")
+
+DatabaseUrl = Annotated[
+    str | None,
+    typer.Option(
+        "--database-url",
+        help="sqlite:///FILE or postgresql://…, else ENCORE_DATABASE_URL.",
+        show_default=False,
+    ),
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """An open database, and what is in force in it."""
+
+    settings: Settings
+    database: Database
+    live: Live
+
+
+def configured(**options: object) -> Settings:
+    """The settings of the environment, and over them the options that were given."""
+    given = {name: value for name, value in options.items() if value is not None}
+    try:
+        return Settings.model_validate(given)
+    except ValidationError as error:
+        faults = [
+            f"ENCORE_{str(fault['loc'][0]).upper()}: {fault['msg']}"
+            for fault in error.errors()
+        ]
+        raise Failed("; ".join(faults), status=2) from error
+
+
+def perform(
+    settings: Settings, task: Callable[[Session], Coroutine[None, None, T]]
+) -> T:
+    """Run a task on a database that is migrated."""
+
+    async def within() -> T:
+        async with opened(settings) as session:
+            return await task(session)
+
+    return asyncio.run(within())
+
+
+def perform_unit(settings: Settings, work: Callable[[Store], T]) -> T:
+    """Run one unit of work on a database that is migrated."""
+
+    async def task(session: Session) -> T:
+        return await session.database.run(work)
+
+    return perform(settings, task)
+
+
+@asynccontextmanager
+async def opened(settings: Settings) -> AsyncIterator[Session]:
+    """Open a database, and see that its tables are those of this release."""
+    present = await revision_of(settings)
+    if present != migrate.head():
+        raise Failed(
+            f"The tables of {place(settings)} are not those of this release (there:"
+            f" {present or 'none'}, needed: {migrate.head()}). Run `encore migrate`."
+        )
+    database = Database(settings)
+    try:
+        yield Session(settings, database, Live(settings.pending_ttl))
+    except DatabaseUnavailable as error:
+        raise unreachable(settings, error) from error
+    finally:
+        await database.close()
+
+
+async def revision_of(settings: Settings) -> str | None:
+    """Which tables a database has. A file that is missing is not made."""
+    if settings.on_sqlite and not _file(settings).is_file():
+        return None
+    database = Database(settings)
+    try:
+        return await database.run(migrate.present)
+    except DatabaseUnavailable as error:
+        raise unreachable(settings, error) from error
+    finally:
+        await database.close()
+
+
+def _file(settings: Settings) -> Path:
+    return Path(settings.database_url.removeprefix("sqlite:///"))
+
+
+def place(settings: Settings) -> str:
+    """Where a database is, without the password."""
+    url = urlsplit(settings.database_url)
+    if settings.on_sqlite or url.password is None:
+        return settings.database_url
+    where = url.netloc.rpartition("@")[2]
+    return url._replace(netloc=f"{url.username}:…@{where}").geturl()
+
+
+def unreachable(settings: Settings, error: DatabaseUnavailable) -> Failed:
+    """Say which database does not answer, and why."""
+    reason = str(error.__cause__ or error).splitlines()[0]
+    return Failed(f"The database {place(settings)} does not answer: {reason}")

@@ -1,0 +1,1 @@
+"""The demo: a catalogue to start with, and listeners who have tastes of their own."""

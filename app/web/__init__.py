@@ -1,0 +1,1 @@
+"""Pages for people: everything they load comes from this service."""
