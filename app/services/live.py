@@ -83,7 +83,10 @@ def follow(store: Store, catalogue: Catalogue, known: Revision) -> Catalogue:
 def load_policy(store: Store, version: int, models: ModelSet) -> InForce:
     """A policy that was put in force, made ready for these models."""
     found = find_policy(store, version)
-    policy = create(found.name, found.params)
+    try:
+        policy = create(found.name, found.params)
+    except ValueError as error:
+        raise NotReady(f"This release has no such policy: {error}.") from error
     return InForce(found, policy, models, policy.prepare(models))
 
 
