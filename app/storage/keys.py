@@ -8,9 +8,13 @@ import sqlalchemy as sa
 
 from app.domain import Key, Scope
 from app.storage.store import Store
-from app.storage.tables import keys
+from app.storage.tables import Instant, keys
 
-INSERT = keys.insert()
+INSERT = sa.text(  # several workers may make the key of the settings at once
+    "INSERT INTO keys (id, digest, scope, name, created_at)"
+    " VALUES (:id, :digest, :scope, :name, :created_at)"
+    " ON CONFLICT (digest) DO NOTHING"
+).bindparams(sa.bindparam("created_at", type_=Instant))
 OTHER = keys.alias()
 OTHER_ADMIN = sa.exists().where(
     OTHER.c.scope == Scope.ADMIN.value,
@@ -36,7 +40,6 @@ def insert(store: Store, key: Key) -> None:
             "scope": key.scope.value,
             "name": key.name,
             "created_at": key.created_at,
-            "revoked_at": key.revoked_at,
         },
     )
 

@@ -4,9 +4,14 @@ import asyncio
 import sqlite3
 import threading
 import time
+from functools import partial
 
 import asyncpg
 
+from app.domain import Scope
+from app.services.keys import ensure, in_force
+from app.settings import Settings
+from app.storage.database import Database
 from app.storage.tables import metadata
 from tests.app.service import ADMIN, Service
 
@@ -152,6 +157,19 @@ def test_secrets_are_neither_kept_nor_shown_again(service: Service) -> None:
     for secret in secrets:
         assert secret not in shown
         assert secret not in kept
+
+
+def test_workers_that_start_together_make_one_key(database_url: str) -> None:
+    async def start() -> int:
+        databases = [Database(Settings(database_url=database_url)) for _ in range(8)]
+        made = partial(ensure, secret=ADMIN, scope=Scope.ADMIN, name="bootstrap")
+        await asyncio.gather(*(database.run(made) for database in databases))
+        present = await databases[0].run(in_force)
+        for database in databases:
+            await database.close()
+        return len(present)
+
+    assert asyncio.run(start()) == 1
 
 
 def everything_kept(url: str) -> str:
