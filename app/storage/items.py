@@ -6,6 +6,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from app.domain import Item
+from app.storage.records import columns
 from app.storage.store import Store
 from app.storage.tables import item_history, items
 
@@ -64,7 +65,7 @@ SIZE = 500
 
 
 def insert(store: Store, new: Callable[[], Iterator[Item]]) -> None:
-    store.write_many(INSERT, lambda: (_columns(item) for item in new()))
+    store.write_many(INSERT, lambda: (columns(item) for item in new()))
     store.write_many(REMEMBER, lambda: (_history(item) for item in new()))
 
 
@@ -120,21 +121,6 @@ def at(store: Store, catalogue: int) -> Iterator[sa.Row[Any]]:
 
 def _item(row: sa.Row[Any]) -> Item:
     return Item(**row._mapping)  # noqa: SLF001 - its public name in SQLAlchemy
-
-
-def _columns(item: Item) -> Mapping[str, object]:
-    return {
-        "serial": item.serial,
-        "id": item.id,
-        "model": item.model,
-        "title": item.title,
-        "tags": item.tags,
-        "payload": item.payload,
-        "active": item.active,
-        "catalogue": item.catalogue,
-        "created_at": item.created_at,
-        "updated_at": item.updated_at,
-    }
 
 
 def _replacement(item: Item) -> Mapping[str, object]:

@@ -6,6 +6,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from app.domain import ItemModel
+from app.storage.records import columns
 from app.storage.store import Store
 from app.storage.tables import items, models
 
@@ -45,22 +46,7 @@ USERS = (
 
 
 def insert(store: Store, model: ItemModel) -> None:
-    store.write(
-        INSERT,
-        {
-            "id": model.id,
-            "version": model.version,
-            "states": model.states,
-            "play": model.play,
-            "rest": model.rest,
-            "like": model.like,
-            "prior": model.prior,
-            "source": model.source,
-            "created_at": model.created_at,
-            "catalogue": model.catalogue,
-            "retired": model.retired,
-        },
-    )
+    store.write(INSERT, columns(model))
 
 
 def latest(store: Store, model: str) -> ItemModel | None:

@@ -6,6 +6,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from app.domain import PolicyVersion
+from app.storage.records import columns
 from app.storage.store import Store
 from app.storage.tables import policies
 
@@ -20,18 +21,7 @@ PAGE = (
 
 
 def insert(store: Store, policy: PolicyVersion) -> None:
-    store.write(
-        INSERT,
-        {
-            "version": policy.version,
-            "name": policy.name,
-            "params": policy.params,
-            "note": policy.note,
-            "activated_at": policy.activated_at,
-            "by": policy.by,
-            "restores": policy.restores,
-        },
-    )
+    store.write(INSERT, columns(policy))
 
 
 def by_version(store: Store, version: int) -> PolicyVersion | None:
