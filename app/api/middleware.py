@@ -17,6 +17,7 @@ from app.errors import BodyTooLarge
 REQUEST_ID = re.compile(r"[!-~]{1,128}")
 LENGTH = re.compile(r"[0-9]{1,18}")
 LOGGED = ("user", "play")
+API = "/v1/"
 IMPORT = "/v1/items/import"
 
 logger = structlog.get_logger()
@@ -57,7 +58,10 @@ class Observed:
             nonlocal status
             if message["type"] == "http.response.start":
                 status = message["status"]
-                MutableHeaders(scope=message)["X-Request-ID"] = request_id
+                headers = MutableHeaders(scope=message)
+                headers["X-Request-ID"] = request_id
+                if scope["path"].startswith(API):
+                    headers["Cache-Control"] = "no-store"
             await send(message)
 
         structlog.contextvars.clear_contextvars()

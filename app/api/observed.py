@@ -13,6 +13,11 @@ def served(upcoming: Next) -> None:
     structlog.contextvars.bind_contextvars(
         user=offer.play.user, play=str(offer.play.id)
     )
+    _chosen(upcoming)
+
+
+def _chosen(upcoming: Next) -> None:
+    offer = upcoming.offer
     if offer.took is not None:
         metrics.decisions(offer.policy.name).observe(offer.took)
     if upcoming.expired is not None:
@@ -32,7 +37,8 @@ def answered(feedback: Feedback) -> None:
         if learned.impossible:
             metrics.IMPOSSIBLE.inc()
     if feedback.next is not None:
-        served(feedback.next)
+        structlog.contextvars.bind_contextvars(next=str(feedback.next.offer.play.id))
+        _chosen(feedback.next)
 
 
 def _closed(play: Play, signal: Signal) -> None:

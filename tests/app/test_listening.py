@@ -19,6 +19,12 @@ def test_next_is_repeated_until_it_is_answered(example: Service) -> None:
     assert again == first | {"pending": True}
 
 
+def test_answers_are_never_cached(example: Service) -> None:
+    answer = example.client.get("/v1/users/ann/next")
+
+    assert answer.headers["cache-control"] == "no-store"
+
+
 def test_an_answer_opens_the_next_slot(example: Service) -> None:
     play = example.next("ann")
 
