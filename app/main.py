@@ -1,10 +1,12 @@
 """Puts the service together."""
 
 import asyncio
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
 
+import structlog
 from fastapi import FastAPI
 from starlette.middleware import Middleware
 
@@ -46,6 +48,8 @@ ROUTERS = (
     metrics.router,
     docs.router,
 )
+
+logger = structlog.get_logger()
 
 
 def create_app(settings: Settings | None = None) -> FastAPI:
@@ -97,5 +101,8 @@ async def _lifespan(app: FastAPI, settings: Settings) -> AsyncIterator[None]:
 
 async def _warm(context: Context) -> None:
     """Compile the decision code aside, so that no request waits for a compiler."""
+    began = time.perf_counter()
+    logger.info("compiling")
     await asyncio.to_thread(warming.warm_up)
     context.warm.set()
+    logger.info("ready", seconds=round(time.perf_counter() - began, 1))

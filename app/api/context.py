@@ -5,10 +5,11 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 from fastapi import Depends, Request, Security
+from fastapi.routing import APIRoute
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer
 
 from app.domain import Key, Scope
-from app.errors import Unauthorized
+from app.errors import Fault, InvalidRequest, Unauthorized
 from app.services.keys import KeyRing
 from app.services.live import Live
 from app.services.pending import PendingPlays
@@ -76,7 +77,20 @@ async def _caller(
     key = await context.keyring.check(credentials.credentials, scope)
     if not context.warm.is_set():
         await context.warm.wait()
+    if request.scope["query_string"]:
+        _refuse_unknown(request)
     return Caller(context, key)
+
+
+def _refuse_unknown(request: Request) -> None:
+    """A misspelt filter must not be taken for none."""
+    route: APIRoute = request.scope["route"]
+    known = {parameter.alias for parameter in route.dependant.query_params}
+    unknown = [name for name in request.query_params if name not in known]
+    if unknown:
+        names = ", ".join(sorted(known)) or "none"
+        faults = [Fault(name, f"unknown; known here: {names}") for name in unknown]
+        raise InvalidRequest("The query holds what is not known here.", *faults)
 
 
 Serving = Annotated[Caller, Depends(serving)]

@@ -21,6 +21,10 @@ from app.errors import (
     UnsupportedMediaType,
 )
 
+DETAILS = {
+    HTTPStatus.NOT_FOUND: "There is no such path; /docs shows those that there are.",
+    HTTPStatus.METHOD_NOT_ALLOWED: "This path takes only the methods in Allow.",
+}
 MEDIA_TYPE = "application/problem+json"
 SCHEMA = {"$ref": "#/components/schemas/Problem"}
 MOST_FAULTS = 100
@@ -127,7 +131,8 @@ def _http_error(error: Exception, methods: Iterable[str]) -> Response:
     if status is HTTPStatus.METHOD_NOT_ALLOWED and methods:
         headers["Allow"] = ", ".join(sorted(methods))
     code = re.sub(r"\W", "_", status.phrase.lower())
-    problem = _problem(status, code, status.phrase, str(error.detail))
+    detail = DETAILS.get(status, str(error.detail))
+    problem = _problem(status, code, status.phrase, detail)
     return _response(problem, headers)
 
 

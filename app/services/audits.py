@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from app.domain import User
+from app.errors import UserNotFound
 from app.services import beliefs
 from app.services.catalogue import Catalogue
 from app.services.live import Live
@@ -79,6 +80,8 @@ def audit_user(store: Store, live: Live, user_id: str) -> Audited:
 def rebuild_user(store: Store, live: Live, user_id: str) -> None:
     """Write the slot and the beliefs that one user's log gives."""
     revision, user = users.by_id(store, user_id)
+    if user.version == 0:
+        raise UserNotFound(user_id)
     catalogue = live.catalogue(store, revision)
     log = plays.closed(store, user_id)
     slot = log[-1].slot + 1 if log else 0

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 
+from app.errors import UserNotFound
 from app.services import audits
 from app.services.audits import Audited
 from app.services.live import Live
@@ -69,6 +70,13 @@ def test_beliefs_cut_short_are_found_and_mended(listened: Service) -> None:
     assert "cannot be read" in found.findings[0].problem
     rebuild(listened, "ann")
     assert audit(listened)[0].findings == []
+
+
+def test_nothing_is_rebuilt_of_a_user_never_seen(listened: Service) -> None:
+    with pytest.raises(UserNotFound):
+        rebuild(listened, "nobody")
+
+    assert [one.user for one in audit(listened)] == ["ann", "bob"]
 
 
 def test_a_wrong_slot_and_a_lost_pending_play_are_found_and_mended(

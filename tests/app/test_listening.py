@@ -135,13 +135,20 @@ def test_filters_leave_what_they_say(example: Service) -> None:
 def test_filters_that_name_unknown_items_are_told_so(example: Service) -> None:
     refused = example.client.post(
         "/v1/users/ann/next",
-        json={"candidates": ["item-1", "nothing"], "exclude": []},
+        json={"candidate": ["item-1", "nothing"], "exclude": []},
     )
 
     assert refused.status_code == 422
     assert refused.json()["code"] == "unknown_item"
     [fault] = refused.json()["errors"]
     assert (fault["field"], fault["value"]) == ("candidate.1", "nothing")
+
+
+def test_a_misspelt_filter_is_refused(example: Service) -> None:
+    refused = example.client.get("/v1/users/ann/next", params={"tags": "calm"})
+
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["field"] == "tags"
 
 
 @pytest.mark.parametrize(

@@ -16,12 +16,12 @@ Ids = Annotated[list[Id], Field(max_length=10_000)]
 
 
 class SelectionForm(Form):
-    """Which items may be chosen."""
+    """Which items may be chosen, by the names that the query has."""
 
-    tags: Annotated[
+    tag: Annotated[
         Ids, Field(default_factory=list, description="the item carries all of these")
     ]
-    candidates: Annotated[
+    candidate: Annotated[
         Ids | None, Field(description="it is one of these", min_length=1)
     ] = None
     exclude: Annotated[
@@ -32,8 +32,8 @@ class SelectionForm(Form):
     ] = False
 
     def selection(self) -> Selection:
-        named = None if self.candidates is None else tuple(self.candidates)
-        return Selection(tuple(self.tags), named, tuple(self.exclude))
+        named = None if self.candidate is None else tuple(self.candidate)
+        return Selection(tuple(self.tag), named, tuple(self.exclude))
 
 
 ONE_OF_BOTH: list[JsonValue] = [
