@@ -69,7 +69,7 @@ class Settings(BaseSettings):
     @classmethod
     def _known_database(cls, url: str) -> str:
         scheme, separator, rest = url.partition("://")
-        if not separator or scheme not in SCHEMES:
+        if not separator or scheme not in SCHEMES or rest in {"", "/"}:
             raise ValueError("expected sqlite:///FILE or postgresql://…")
         return f"{SCHEMES[scheme]}://{rest}"
 
@@ -77,7 +77,7 @@ class Settings(BaseSettings):
     @classmethod
     def _plain_number_is_seconds(cls, value: object) -> object:
         if isinstance(value, str) and value.replace(".", "", 1).isdigit():
-            return timedelta(seconds=float(value))
+            return min(float(value), timedelta.max.total_seconds())
         return value
 
     @property

@@ -27,6 +27,8 @@ from policies.schedule import Groups, scheduled
 from policies.situation import Situation
 from policies.trajectories import total_reward
 
+MOST_PLAYS = 50_000  # in imagination, for each first play: seconds for many items
+
 
 @dataclass(frozen=True, slots=True)
 class Rollout:
@@ -76,6 +78,11 @@ class Rollout:
 
     def __post_init__(self) -> None:
         check(self)
+        if self.horizon * self.trajectories > MOST_PLAYS:
+            raise ValueError(
+                f"trajectories: times horizon must be at most {MOST_PLAYS},"
+                f" not {self.horizon * self.trajectories}"
+            )
 
     def prepare(self, _models: ModelSet) -> Scorer:
         """Return the scorer; the models need no preparation."""
@@ -101,7 +108,8 @@ class Rollout:
             depths = range(self.horizon + 1)
             plays = sum(min(2**h, self.trajectories) for h in depths)
         sets = 1 if self.common_random_numbers else groups
-        return 5 + 0.05 * plays * groups + 0.015 * drawn * sets
+        touched = max(1.0, (self.horizon - 1) / 4)  # a play moves all before it
+        return 5 + touched * (0.05 * plays * groups + 0.015 * drawn * sets)
 
     def _weights(self) -> Floats:
         """Return (D,): worth of the rewards at depth 0 (the first play), 1, 2, ..."""

@@ -1,5 +1,6 @@
 """What is held about a user, and what may come next."""
 
+import asyncio
 from functools import partial
 from typing import Annotated, Any
 
@@ -144,11 +145,13 @@ async def read_forecast(
     return ForecastView.of(user, item, await caller.database.run(read))
 
 
-@router.get("/export", responses=responses(UserNotFound))
-async def export_user(caller: Serving, user: PathId) -> UserExport:
+@router.get("/export", response_model=UserExport, responses=responses(UserNotFound))
+async def export_user(caller: Serving, user: PathId) -> Response:
     """Export all that is held about a user."""
     read = partial(profiles.export, live=caller.live, user_id=user)
-    return UserExport.of(await caller.database.run(read))
+    held = await caller.database.run(read)
+    body = await asyncio.to_thread(lambda: UserExport.of(held).model_dump_json())
+    return Response(body, media_type="application/json")
 
 
 @router.delete("", status_code=204, responses=responses(UserNotFound))

@@ -41,10 +41,18 @@ def main() -> None:
     except Failed as failure:
         sys.exit(refuse(str(failure), failure.status))
     except ClientError as error:
-        faults = [f"{fault.field}: {fault.message}" for fault in error.faults]
-        sys.exit(refuse(" ".join((error.detail, *faults)), 1))
+        sys.exit(refuse(" ".join((error.detail, *_faults(error))), 1))
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
+
+
+def _faults(error: ClientError) -> list[str]:
+    """What the faults of an error say beyond its detail."""
+    return [
+        f"{fault.field}: {fault.message}"
+        for fault in error.faults
+        if fault.message != "unknown" and fault.message not in error.detail
+    ]
 
 
 def build(arguments: Sequence[str]) -> typer.Typer:

@@ -60,7 +60,7 @@ def show_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
 
 
 def progress() -> Progress:
-    """A bar on stderr, so that what is printed on stdout stays clean."""
+    """A bar on stderr, if that is a terminal: what is kept of output stays clean."""
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -68,4 +68,5 @@ def progress() -> Progress:
         TimeElapsedColumn(),
         console=err,
         transient=True,
+        disable=not err.is_terminal,
     )

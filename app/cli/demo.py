@@ -30,6 +30,7 @@ DEFAULTS: dict[str, object] = {
 }
 BY = "encore demo"
 GRACE = 5  # seconds that requests have to end in
+PATIENCE = 3  # seconds after which it is told what takes so long
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +80,7 @@ def command(
     """
     chosen = configured(host=host, port=port, database_url=database_url)
     wishes = Wishes(Trial(listeners, plays, seed), stop, as_json)
-    note("Starting. The first time, compiling takes up to a minute.")
+    note("Starting ...")
     opening = _open(_settings(chosen), near="port" not in chosen.model_fields_set)
     config = uvicorn.Config(
         create_app(opening.settings),
@@ -136,7 +137,7 @@ async def _guide(opening: Opening, wishes: Wishes) -> None:
     """Wait until the service is ready, then show it."""
     url = sockets.address(opening.socket)
     async with Client(url, opening.admin_key) as client:
-        await client.until_ready()
+        await _until_ready(client)
         play = (await client.next_play(greeting.USER)).play
         invitation = Invitation(url, opening.admin_key, opening.serve_key, play)
         if not wishes.as_json:
@@ -147,6 +148,15 @@ async def _guide(opening: Opening, wishes: Wishes) -> None:
         show_json(greeting.describe(invitation) | {"policies": policies})
     elif lived:
         _show(lived)
+
+
+async def _until_ready(client: Client) -> None:
+    message = "Compiling, which takes up to a minute the first time ..."
+    hint = asyncio.get_running_loop().call_later(PATIENCE, note, message)
+    try:
+        await client.until_ready()
+    finally:
+        hint.cancel()
 
 
 async def _try(client: Client, wanted: Trial) -> list[Lived]:

@@ -1,36 +1,25 @@
 """`encore import`: reads models, items or a history from a file, all or nothing."""
 
-import shutil
-import sys
-from collections.abc import Callable, Coroutine, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Coroutine
 from dataclasses import asdict
 from pathlib import Path
-from tempfile import TemporaryFile
-from typing import IO, Annotated, TypeVar
+from typing import Annotated
 
 import typer
 
 from app.api.schemas.lines import HISTORY, ITEMS, MODELS
 from app.cli.console import AsJson, Failed, note, progress, say, show_json
+from app.cli.files import opened
 from app.cli.session import DatabaseUrl, Session, configured, perform
 from app.errors import InvalidImport
 from app.services.changes import Imported
 from app.services.formats import Format
 from app.services.histories import HistoryImported, import_history
 from app.services.imports import import_items
-from app.services.lines import Layout, LineFile
 from app.services.model_imports import import_models
 
-T = TypeVar("T")
 Result = Imported | HistoryImported
 BY = "command line"
-FORMATS = {
-    ".csv": Format.CSV,
-    ".json": Format.JSON,
-    ".jsonl": Format.NDJSON,
-    ".ndjson": Format.NDJSON,
-}
 
 File = Annotated[Path, typer.Argument(help="What to read; - is the standard input.")]
 FormatOption = Annotated[
@@ -52,12 +41,12 @@ def models(
     as_json: AsJson = False,
 ) -> None:
     """Create and replace models."""
-    with _opened(file, format_, MODELS) as lines:
+    with opened(file, format_, MODELS) as lines:
 
         async def task(session: Session) -> Result:
             return await import_models(session.database, lines, by=BY, dry_run=dry_run)
 
-        _run(task, database_url, as_json=as_json)
+        _run(task, database_url, dry_run=dry_run, as_json=as_json)
 
 
 @command.command()
@@ -67,13 +56,16 @@ def items(
     format_: FormatOption = None,
     dry_run: DryRun = False,
     retire_missing: Annotated[
-        bool, typer.Option(help="Retire items that the file does not name.")
+        bool,
+        typer.Option(
+            "--retire-missing", help="Retire items that the file does not name."
+        ),
     ] = False,
     database_url: DatabaseUrl = None,
     as_json: AsJson = False,
 ) -> None:
     """Create and replace items."""
-    with _opened(file, format_, ITEMS) as lines:
+    with opened(file, format_, ITEMS) as lines:
 
         async def task(session: Session) -> Result:
             return await import_items(
@@ -85,7 +77,7 @@ def items(
                 retire_missing=retire_missing,
             )
 
-        _run(task, database_url, as_json=as_json)
+        _run(task, database_url, dry_run=dry_run, as_json=as_json)
 
 
 @command.command()
@@ -98,7 +90,7 @@ def history(
     as_json: AsJson = False,
 ) -> None:
     """Enter plays that users made before; those entered earlier are left out."""
-    with _opened(file, format_, HISTORY) as lines, progress() as bar:
+    with opened(file, format_, HISTORY) as lines, progress() as bar:
         line = bar.add_task("plays", total=None)
 
         async def task(session: Session) -> Result:
@@ -111,47 +103,53 @@ def history(
                 progress=lambda done, of: bar.update(line, completed=done, total=of),
             )
 
-        _run(task, database_url, as_json=as_json)
-
-
-@contextmanager
-def _opened(
-    file: Path, format_: Format | None, layout: Layout[T]
-) -> Iterator[LineFile[T]]:
-    """A file that can be read twice, as an import needs it."""
-    named = format_ or FORMATS.get(file.suffix.lower())
-    if file == Path("-"):
-        with TemporaryFile() as kept:
-            shutil.copyfileobj(sys.stdin.buffer, kept)
-            yield LineFile(kept, format_ or Format.NDJSON, layout)
-    elif named is None:
-        endings = ", ".join(FORMATS)
-        raise Failed(f"{file} does not end in {endings}: say its --format.", status=2)
-    else:
-        with _open(file) as found:
-            yield LineFile(found, named, layout)
-
-
-def _open(file: Path) -> IO[bytes]:
-    try:
-        return file.open("rb")
-    except OSError as error:
-        raise Failed(f"{file} cannot be read: {error.strerror}.", status=2) from error
+        _run(task, database_url, dry_run=dry_run, as_json=as_json)
 
 
 def _run(
     task: Callable[[Session], Coroutine[None, None, Result]],
     database_url: str | None,
     *,
+    dry_run: bool,
     as_json: bool,
 ) -> None:
     try:
-        result = asdict(perform(configured(database_url=database_url), task))
+        result = perform(configured(database_url=database_url), task)
     except InvalidImport as error:
         for fault in error.faults:
             note(f"{fault.field}: {fault.message}")
-        raise Failed(error.detail) from error
+        raise Failed(error.detail + _hint(error)) from error
+    if isinstance(result, Imported):
+        for model, warnings in result.warnings.items():
+            for warning in warnings:
+                note(f"Warning: model {model!r}: {warning}")
     if as_json:
-        show_json(result)
+        show_json(asdict(result))
     else:
-        say(", ".join(f"{name} {value}" for name, value in result.items()))
+        say(_described(result, dry_run=dry_run))
+
+
+def _hint(error: InvalidImport) -> str:
+    """What to do if all that is wrong is that something was to come before."""
+    for kind in ("model", "item"):
+        told = [fault.message.startswith(f"unknown {kind} ") for fault in error.faults]
+        if told and all(told):
+            return f" Import {kind}s first."
+    return ""
+
+
+def _described(result: Result, *, dry_run: bool) -> str:
+    if isinstance(result, HistoryImported):
+        if dry_run:
+            return f"every line is good, users {result.users} (nothing was changed)"
+        return f"users {result.users}, entered {result.entered}, known {result.known}"
+    if dry_run:
+        return (
+            f"would create {result.created}, replace {result.replaced},"
+            f" leave {result.unchanged}, retire {result.retired}"
+            " (nothing was changed)"
+        )
+    return (
+        f"created {result.created}, replaced {result.replaced},"
+        f" unchanged {result.unchanged}, retired {result.retired}"
+    )

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from app.cli.console import AsJson, say, show_json, show_table
+from app.cli.console import AsJson, Failed, say, show_json, show_table
 from app.cli.session import DatabaseUrl, configured, perform_unit
 from app.domain import Key, Scope
 from app.services import keys
@@ -52,6 +52,9 @@ def revoke(
     database_url: DatabaseUrl = None,
 ) -> None:
     """End a key: within a second no process takes it any more."""
+    if key.startswith("encore_"):  # as secrets do: not to be shown again
+        message = "That is a secret; give the id, as 'encore keys list' shows it."
+        raise Failed(message, status=2)
     work = partial(keys.revoke, key_id=key, by=BY)
     perform_unit(configured(database_url=database_url), work)
     say(f"revoked {key}")

@@ -2,6 +2,7 @@
 
 import asyncio
 import os
+import signal
 import tempfile
 from contextlib import suppress
 from typing import Annotated
@@ -45,6 +46,7 @@ def command(
         note(f"SQLite has one writer: serving with 1 process, not {settings.workers}.")
         settings = settings.with_changes(workers=1)
     asyncio.run(_look(settings))
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # told to stop: no fault
     with suppress(KeyboardInterrupt):
         if settings.workers == 1:
             serve_alone(settings)

@@ -11,6 +11,7 @@ from urllib.parse import urlsplit
 import typer
 from pydantic import ValidationError
 
+from app.api.faults import message_of
 from app.cli.console import Failed
 from app.errors import DatabaseUnavailable
 from app.services.live import Live
@@ -47,7 +48,7 @@ def configured(**options: object) -> Settings:
         return Settings.model_validate(given)
     except ValidationError as error:
         faults = [
-            f"ENCORE_{str(fault['loc'][0]).upper()}: {fault['msg']}"
+            f"ENCORE_{str(fault['loc'][0]).upper()}: {message_of(fault)}"
             for fault in error.errors()
         ]
         raise Failed("; ".join(faults), status=2) from error

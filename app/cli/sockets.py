@@ -1,5 +1,6 @@
 """A socket to listen on, taken before anything else is started."""
 
+import errno
 import socket
 
 from app.cli.console import Failed
@@ -13,10 +14,17 @@ def listen(host: str, port: int) -> socket.socket:
         )[0]
         taken = socket.create_server(address[:2], family=family)
     except OSError as error:
-        reason = error.strerror or error
-        raise Failed(f"Port {port} of {host} cannot be had: {reason}.") from error
+        raise Failed(_why(host, port, error)) from error
     taken.set_inheritable(True)
     return taken
+
+
+def _why(host: str, port: int, error: OSError) -> str:
+    if error.errno == errno.EADDRINUSE:
+        choose = "Choose another with --port or ENCORE_PORT."
+        return f"Port {port} of {host} is in use. {choose}"
+    reason = str(error.strerror or error).partition(" (while")[0]  # names it again
+    return f"Port {port} of {host} cannot be had: {reason}."
 
 
 def listen_near(host: str, port: int, tries: int = 20) -> socket.socket:

@@ -139,7 +139,8 @@ def _differences(
     wrong = ~(apart <= TOLERANCE) | (kept.slot != expected.slot)
     for row in np.flatnonzero(wrong).tolist():
         item = catalogue.shelf(int(kept.serial[row])).id
-        yield (
-            f"its belief of item {item!r} is off by {apart[row]:.3g},"
-            f" of slot {kept.slot[row]} and not {expected.slot[row]}"
-        )
+        if kept.slot[row] != expected.slot[row]:
+            slots = f"{kept.slot[row]} and not {expected.slot[row]}"
+            yield f"its belief of item {item!r} is of slot {slots}"
+        if not apart[row] <= TOLERANCE:
+            yield f"its belief of item {item!r} is off by {apart[row]:.3g}"

@@ -7,6 +7,7 @@ ten thousand items costs no more than one who has played a few.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +66,8 @@ def kept(store: Store, catalogue: Catalogue, user: User) -> Entries:
         return Entries.none(states)
     if user.epoch == catalogue.epoch:
         return unpack(user.packed, states)
-    return rebuilt(catalogue, plays.closed(store, user.id), user.slot)
+    log = plays.closed(store, user.id, before=user.slot)
+    return store.aside(partial(rebuilt, catalogue, log, user.slot))
 
 
 def rebuilt(catalogue: Catalogue, log: Iterable[ClosedPlay], slot: int) -> Entries:
@@ -74,7 +76,10 @@ def rebuilt(catalogue: Catalogue, log: Iterable[ClosedPlay], slot: int) -> Entri
     for play in log:
         by_item.setdefault(play.item, []).append(play)
     serials = sorted(by_item)
-    final = [_replay(catalogue, serial, by_item[serial]) for serial in serials]
+    final = [
+        _replay(catalogue, serial, _remembered(catalogue, serial, by_item[serial]))
+        for serial in serials
+    ]
     entries = Entries(
         np.array(serials, np.int64),
         np.array([slot for slot, _ in final], np.int64),
@@ -135,6 +140,23 @@ def _replay(
         np.array([play.slot for play in log], np.int64),
         np.array([SIGNALS[play.signal] for play in log], np.int64),
     )
+
+
+def _remembered(
+    catalogue: Catalogue, serial: int, log: Sequence[ClosedPlay]
+) -> Sequence[ClosedPlay]:
+    """The plays since the item was last forgotten: what came before left no trace."""
+    start = 0
+    for number in range(1, len(log)):
+        rested_for = log[number].slot - log[number - 1].slot - 1
+        if rested_for >= REMEMBERED:
+            slot, belief = _replay(catalogue, serial, log[start:number])
+            entries = Entries(
+                np.array([serial]), np.array([slot]), belief.reshape(1, -1)
+            )
+            if at(catalogue, entries, log[number].slot).forgotten.all():
+                start = number
+    return log[start:]
 
 
 def _row(entries: Entries, serial: int) -> int | None:

@@ -115,7 +115,10 @@ def _header(row: Sequence[str], columns: Columns) -> Sequence[str]:
     names = [name.strip() for name in row]
     unknown = [name for name in names if name not in columns]
     if unknown:
-        raise Unreadable(f"has no column {unknown[0]!r}, but {', '.join(columns)}")
+        message = f"unknown column {unknown[0]!r}; known are {', '.join(columns)}"
+        alone = len(row) == 1 and not {";", "\t"}.isdisjoint(row[0])
+        hint = "; columns are separated by commas" if alone else ""
+        raise Unreadable(message + hint)
     if len(set(names)) < len(names):
         raise Unreadable("names a column twice")
     return names

@@ -114,7 +114,7 @@ def _stage(
     faults = file.faults()
     for line, play in file.entries(faults):
         if catalogue.serial_of(play.item) is None:
-            faults.add(line, Fault("item", "unknown item", play.item))
+            faults.add(line, Fault("item", f"unknown item {play.item!r}", play.item))
         else:
             histories.add(line, play)
     faults.refuse()

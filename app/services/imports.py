@@ -112,7 +112,8 @@ def _plan(
     upcoming = len(catalogue.listing.shelf)
     for line, item in zip(staged.lines, staged, strict=True):
         if item.model not in models:
-            plan.faults.add(line, Fault("model", "unknown model", item.model))
+            message = f"unknown model {item.model!r}"
+            plan.faults.add(line, Fault("model", message, item.model))
         serial = catalogue.serial_of(item.id)
         if serial is None:
             plan.serial.append(upcoming)

@@ -7,6 +7,7 @@ snapshot follows before anything is decided: so each worker obeys a change at on
 import asyncio
 from dataclasses import dataclass
 from datetime import timedelta
+from functools import partial
 
 from app.domain import PolicyVersion, Revision
 from app.errors import NotReady
@@ -76,7 +77,8 @@ def follow(store: Store, catalogue: Catalogue, known: Revision) -> Catalogue:
         versions = models.at(store, known.catalogue)
         now = revision.current(store)
         if now.catalogue == known.catalogue:
-            return catalogue.followed_by(known, versions, listing)
+            build = partial(catalogue.followed_by, known, versions, listing)
+            return store.aside(build)
         known = now
 
 

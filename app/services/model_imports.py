@@ -45,4 +45,6 @@ def _land(store: Store, new: Sequence[NewModel], by: str, *, dry_run: bool) -> I
         models.put_all(store, known, outcomes, by)
     changes = [outcome.change for outcome in outcomes]
     created, replaced, unchanged = map(changes.count, Change)
-    return Imported(created, replaced, unchanged, 0, dry_run)
+    found = {each.model.id: models.warnings(each.model) for each in outcomes}
+    warnings = {model: told for model, told in found.items() if told}
+    return Imported(created, replaced, unchanged, 0, dry_run, warnings)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from app.domain import PolicyVersion, Revision
-from app.errors import InvalidRequest, NoEarlierPolicy
+from app.errors import Fault, InvalidRequest, NoEarlierPolicy
 from app.services.live import find_policy
 from app.services.policy_catalogue import complete
 from app.storage import audit, policies, revision
@@ -47,7 +47,9 @@ def swap(
     try:
         params = complete(name, params)
     except ValueError as error:
-        raise InvalidRequest(f"This is no policy: {error}.") from error
+        field, _, message = str(error).partition(": ")
+        fault = Fault(f"params.{field}", message)
+        raise InvalidRequest(f"This is no policy: {error}.", fault) from error
     return _activate(store, revision.current(store), name, params, note, by)
 
 

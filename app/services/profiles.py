@@ -96,8 +96,8 @@ def export(store: Store, live: Live, user_id: str) -> Holding:
     held = [_of_item(standing, serial) for serial in standing.entries.serial.tolist()]
     shelf = standing.catalogue.shelf
     pending = standing.user.pending
-    log = [*plays.every(store, user_id), *([] if pending is None else [pending])]
-    log.sort(key=lambda play: (play.closed is None, play.closed))
+    closed = plays.every(store, user_id, before=standing.user.slot)
+    log = [*reversed(list(closed)), *([] if pending is None else [pending])]
     return Holding(standing.user, held, [(play, shelf(play.item)) for play in log])
 
 

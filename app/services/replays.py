@@ -5,7 +5,7 @@ from functools import partial
 
 from app.domain import Play, Revision
 from app.services import beliefs, decisions, selections
-from app.services.catalogue import Catalogue, Listing, Shelf, stacked
+from app.services.catalogue import Catalogue, Shelf, stacked
 from app.services.decisions import Decision
 from app.services.live import Live, load_policy
 from app.storage import items, models, plays, users
@@ -40,10 +40,11 @@ def _catalogue_of(store: Store, live: Live, play: Play) -> Catalogue:
     present = live.catalogue(store, revision)
     if present.version == play.catalogue:
         return present
-    listing = Listing()
-    for row in items.at(store, play.catalogue):
-        shelf = Shelf(row.id, "", row.tags, {})
-        listing.put(row.serial, shelf, row.model, active=row.active)
+    listing = present.listing.copy()
+    for row in items.before(store, play.catalogue):
+        shelf = Shelf(row.id, "", row.tags or (), {})
+        listing.put(row.serial, shelf, row.model or "", active=bool(row.active))
     versions = models.at(store, play.catalogue)
     then = Revision(play.catalogue, play.catalogue, 0)
-    return Catalogue.build(then, versions, listing, stacked(versions))
+    build = partial(Catalogue.build, then, versions, listing, stacked(versions))
+    return store.aside(build)

@@ -15,6 +15,7 @@ from sqlalchemy.util import greenlet_spawn
 
 from app.errors import Contended, DatabaseUnavailable
 from app.settings import Settings
+from app.storage.aside import Aside
 from app.storage.outages import ABSENT, is_outage, state_of
 from app.storage.store import Changes, Store
 from app.storage.writer import Writer, apply
@@ -48,13 +49,13 @@ class Database:
         self._writer = Writer(
             engines.apply, limit=settings.queue_limit, side_door=not settings.on_sqlite
         )
-        self._executor = ThreadPoolExecutor(thread_name_prefix="aside")
+        self._aside = Aside()
         self._turn = asyncio.Lock()
 
     async def run(self, work: Callable[[Store], T]) -> T:
         """Run a unit of work until it stands; its result is told after the commit."""
         for _ in range(ATTEMPTS):
-            store = Store(self._engines.connect, self._executor)
+            store = Store(self._engines.connect, self._aside)
             try:
                 result = await greenlet_spawn(work, store)
                 if not store.changes or await self._writer.commit(store.changes):
@@ -76,7 +77,7 @@ class Database:
     async def close(self) -> None:
         await self._writer.close()
         await self._engines.dispose()
-        self._executor.shutdown()
+        self._aside.close()
 
 
 class _SQLite:

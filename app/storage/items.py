@@ -41,24 +41,35 @@ PAGE = (
     .limit(sa.bindparam("limit"))
 )
 ACTIVE_PAGE = PAGE.where(items.c.active)
+FORMER = item_history.alias()
 LATEST = (
-    sa.select(item_history.c.serial, sa.func.max(item_history.c.catalogue).label("at"))
-    .where(item_history.c.catalogue <= sa.bindparam("catalogue"))
-    .group_by(item_history.c.serial)
-    .subquery()
+    sa.select(sa.func.max(FORMER.c.catalogue))
+    .where(
+        FORMER.c.serial == items.c.serial,
+        FORMER.c.catalogue <= sa.bindparam("catalogue"),
+    )
+    .correlate(items)
+    .scalar_subquery()
 )
-AT = (
-    sa.select(item_history, items.c.id)
-    .join(
-        LATEST,
+BEFORE = (
+    sa.select(
+        items.c.serial,
+        items.c.id,
+        item_history.c.model,
+        item_history.c.tags,
+        item_history.c.active,
+    )
+    .select_from(items)
+    .outerjoin(
+        item_history,
         sa.and_(
-            item_history.c.serial == LATEST.c.serial,
-            item_history.c.catalogue == LATEST.c.at,
+            item_history.c.serial == items.c.serial,
+            item_history.c.catalogue == LATEST,
         ),
     )
-    .join(items, items.c.serial == item_history.c.serial)
-    .where(item_history.c.serial > sa.bindparam("after"))
-    .order_by(item_history.c.serial)
+    .where(items.c.catalogue > sa.bindparam("catalogue"))
+    .where(items.c.serial > sa.bindparam("after"))
+    .order_by(items.c.serial)
     .limit(sa.bindparam("limit"))
 )
 SIZE = 500
@@ -109,14 +120,18 @@ def in_order(store: Store, *, since: int = -1, after: int = -1) -> Sequence[Item
     return [_item(row) for row in rows]
 
 
-def at(store: Store, catalogue: int) -> Iterator[sa.Row[Any]]:
-    """Serial, id, model, tags and active of each item that a catalogue held."""
+def before(store: Store, catalogue: int) -> Iterator[sa.Row[Any]]:
+    """Serial, id, model, tags and active, in a catalogue, of items changed since.
+
+    Of an item that did not exist then, model, tags and active are None.
+    """
     after = -1
     while rows := store.rows(
-        AT, {"catalogue": catalogue, "after": after, "limit": SIZE}
+        BEFORE, {"catalogue": catalogue, "after": after, "limit": SIZE}
     ):
         yield from rows
         after = rows[-1].serial
+        store.pause()
 
 
 def _item(row: sa.Row[Any]) -> Item:

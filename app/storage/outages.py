@@ -8,7 +8,11 @@ REFUSALS = ("08", "28", "3D", "53", "55000", "57")
 
 
 def is_outage(error: Exception) -> bool:
-    return isinstance(error, ABSENT) or state_of(error).startswith(REFUSALS)
+    return (
+        isinstance(error, ABSENT)
+        or state_of(error).startswith(REFUSALS)
+        or "file is not a database" in str(error)
+    )
 
 
 def is_missing_table(error: exc.DBAPIError) -> bool:

@@ -130,12 +130,12 @@ def page(store: Store, user: str, before: int, limit: int) -> Sequence[Play]:
     return [from_row(row) for row in rows]
 
 
-def every(store: Store, user: str, size: int = 1000) -> Iterator[Play]:
-    """All closed plays of a user, the latest first."""
-    before = 2**31 - 1
+def every(store: Store, user: str, *, before: int, size: int = 500) -> Iterator[Play]:
+    """All plays of a user that were closed before a slot, the latest first."""
     while plays_ := page(store, user, before, size):
         yield from plays_
         before = plays_[-1].closed or 0
+        store.pause()
 
 
 def history(store: Store, user: str, after: int, limit: int) -> Sequence[sa.Row[Any]]:

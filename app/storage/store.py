@@ -7,13 +7,14 @@ still stand (compare and set), else the unit runs again on what has changed.
 
 import asyncio
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
 import sqlalchemy as sa
 from sqlalchemy.util import await_only
+
+from app.storage.aside import Aside
 
 T = TypeVar("T")
 Params = Mapping[str, object]
@@ -42,9 +43,9 @@ class Changes:
 class Store:
     """All queries of one unit of work."""
 
-    def __init__(self, connect: Connect, executor: Executor) -> None:
+    def __init__(self, connect: Connect, aside: Aside) -> None:
         self._connect = connect
-        self._executor = executor
+        self._aside = aside
         self.changes = Changes()
 
     def rows(
@@ -90,8 +91,7 @@ class Store:
 
     def aside(self, work: Callable[[], T]) -> T:
         """Compute something long without holding up other requests."""
-        loop = asyncio.get_running_loop()
-        return await_only(loop.run_in_executor(self._executor, work))
+        return self._aside.run(work)
 
 
 def chunks(rows: Iterable[Params], size: int = 1000) -> Iterator[list[Params]]:

@@ -72,6 +72,30 @@ def test_beliefs_cut_short_are_found_and_mended(listened: Service) -> None:
     assert audit(listened)[0].findings == []
 
 
+def test_what_was_forgotten_is_forgotten_by_a_rebuild_too(service: Service) -> None:
+    """An answer that was hardly possible makes much of what was next to nothing."""
+    slow = {
+        "states": ["low", "high"],
+        "play": [[0.9, 0.1], [0.1, 0.9]],
+        "rest": [[1.0, 0.0], [0.1, 0.9]],
+        "like": [1e-6, 1.0],
+        "prior": [1.0, 0.0],
+    }
+    service.put_model("slow", slow)
+    service.put_item("one", "slow")
+    service.put_item("other", "slow")
+    for item, signal in [("one", "none"), *[("other", "none")] * 275, ("one", "like")]:
+        service.client.post(
+            "/v1/users/ann/plays", json={"item": item, "signal": signal}
+        ).raise_for_status()
+
+    before = service.beliefs("ann")
+
+    assert [one.findings for one in audit(service)] == [[]]
+    rebuild(service)
+    assert service.beliefs("ann") == before
+
+
 def test_nothing_is_rebuilt_of_a_user_never_seen(listened: Service) -> None:
     with pytest.raises(UserNotFound):
         rebuild(listened, "nobody")

@@ -179,6 +179,7 @@ def test_bad_settings_are_named(
     assert said.status == 2
     assert one_line(said.err)
     assert complaint in said.err
+    assert "Value error" not in said.err
 
 
 def test_keys_are_made_listed_and_revoked(encore: Encore, service: Service) -> None:
@@ -194,6 +195,22 @@ def test_keys_are_made_listed_and_revoked(encore: Encore, service: Service) -> N
         assert client.get("/v1/admin/policy").status_code == 403
     assert encore("keys", "revoke", made["id"], *at).status == 0
     assert made["id"] not in encore("keys", "list", *at).out
+
+
+def test_a_secret_is_no_id_and_is_not_shown_again(
+    encore: Encore, sqlite_url: str
+) -> None:
+    at = ("--database-url", sqlite_url)
+    secret = encore("keys", "create", *at).out.strip()
+
+    mistaken = encore("keys", "revoke", secret, *at)
+    unknown = encore("keys", "revoke", "none", *at)
+
+    assert mistaken.status == 2
+    assert one_line(mistaken.err)
+    assert "encore keys list" in mistaken.err
+    assert secret not in mistaken.err
+    assert (unknown.status, unknown.err) == (1, "Error: There is no key 'none'.\n")
 
 
 def test_the_last_admin_key_stays(encore: Encore, service: Service) -> None:
@@ -216,12 +233,15 @@ def test_what_is_imported_is_exported(
         file.write_text(json.dumps(entry, ensure_ascii=False) + "\n", "utf-8")
 
         imported = encore("import", kind, file, *at, "--json")
-        exported = encore("export", kind, tmp_path / f"{kind}.out", *at)
+        target = tmp_path / f"{kind}.out"
+        exported = encore("export", kind, target, *at)
         printed = encore("export", kind, *at)
 
         assert imported.status == 0, imported.err
         assert exported.status == 0, exported.err
-        assert json.loads((tmp_path / f"{kind}.out").read_text("utf-8")) == entry
+        assert imported.err == printed.err == ""
+        assert exported.err == f"1 lines written to {target}\n"
+        assert json.loads(target.read_text("utf-8")) == entry
         assert json.loads(printed.out) == entry
     assert encore("audit", *at, "--json").json["plays"] == 1
 
@@ -254,6 +274,72 @@ def test_a_dry_run_changes_nothing(
     assert encore("export", "models", "--database-url", sqlite_url).out == ""
 
 
+def test_what_an_import_did_or_would_do_is_told(
+    encore: Encore, sqlite_url: str, tmp_path: Path
+) -> None:
+    at = ("--database-url", sqlite_url)
+    told = {
+        "models": (
+            "would create 1, replace 0, leave 0, retire 0 (nothing was changed)\n",
+            "created 1, replaced 0, unchanged 0, retired 0\n",
+        ),
+        "items": (
+            "would create 1, replace 0, leave 0, retire 0 (nothing was changed)\n",
+            "created 1, replaced 0, unchanged 0, retired 0\n",
+        ),
+        "history": (
+            "every line is good, users 1 (nothing was changed)\n",
+            "users 1, entered 1, known 0\n",
+        ),
+    }
+    entries = {"models": MODEL, "items": ITEM, "history": PLAY}
+    for kind, (would, did) in told.items():
+        file = tmp_path / f"{kind}.ndjson"
+        file.write_text(json.dumps(entries[kind]))
+
+        assert encore("import", kind, file, "--dry-run", *at).out == would
+        assert encore("import", kind, file, *at).out == did
+
+
+@pytest.mark.parametrize("options", [[], ["--dry-run"]])
+def test_a_model_that_looks_like_a_mistake_is_told(
+    encore: Encore, sqlite_url: str, tmp_path: Path, options: list[str]
+) -> None:
+    file = tmp_path / "models.ndjson"
+    odd = MODEL | {"id": "odd", "like": [0.9, 0.2]}
+    file.write_text(json.dumps(MODEL) + "\n" + json.dumps(odd))
+
+    said = encore(
+        "import", "models", file, *options, "--json", "--database-url", sqlite_url
+    )
+
+    assert said.status == 0
+    assert list(said.json["warnings"]) == ["odd"]
+    (warning,) = said.json["warnings"]["odd"]
+    assert "like falls from state 'low'" in warning
+    assert said.err == f"Warning: model 'odd': {warning}\n"
+
+
+def test_what_was_to_be_imported_first_is_told(
+    encore: Encore, sqlite_url: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "items.ndjson"
+    file.write_text(json.dumps(ITEM) + "\n" + json.dumps(ITEM | {"id": "b"}))
+
+    said = encore("import", "items", file, "--database-url", sqlite_url)
+
+    assert said.err.startswith("line 1: model: unknown model 'pop'\n")
+    assert said.err.endswith("Nothing was changed. Import models first.\n")
+
+
+def test_models_are_not_read_from_csv(encore: Encore, sqlite_url: str) -> None:
+    said = encore("import", "models", "models.csv", "--database-url", sqlite_url)
+
+    assert said.status == 2
+    assert one_line(said.err)
+    assert "cannot be read from CSV" in said.err
+
+
 @pytest.mark.parametrize("name", ["missing.ndjson", "items.pdf"])
 def test_a_file_that_cannot_be_read_is_named(
     encore: Encore, sqlite_url: str, name: str
@@ -283,6 +369,7 @@ def test_audit_finds_what_was_changed_and_rebuild_mends_it(
 
     assert wrong.status == 1
     assert "ann" in wrong.out
+    assert wrong.err == mended.err == right.err == ""
     assert mended.json == {"users": 1}
     assert right.status == 0
 
@@ -295,18 +382,19 @@ def test_a_port_that_is_taken_is_named(encore: Encore, sqlite_url: str) -> None:
 
     assert said.status == 1
     assert one_line(said.err)
-    assert f"Port {port} of 127.0.0.1" in said.err
+    assert f"Port {port} of 127.0.0.1 is in use. Choose another with" in said.err
 
 
+@pytest.mark.parametrize("told", [signal.SIGINT, signal.SIGTERM])
 def test_serve_on_sqlite_takes_one_process_and_ends_when_told(
-    sqlite_url: str, tmp_path: Path
+    sqlite_url: str, tmp_path: Path, told: signal.Signals
 ) -> None:
     words = ("serve", "--port", 0, "--workers", 4, "--database-url", sqlite_url)
     with start(*words, cwd=tmp_path) as process:
         assert process.stdout is not None
         serving = json.loads(process.stdout.readline())
         answer = httpx.get(f"{serving['address']}/health/live", trust_env=False)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(told)
         _, complaint = process.communicate(timeout=60)
 
     assert answer.status_code == 200

@@ -183,6 +183,7 @@ def test_every_line_in_error_is_told_and_nothing_is_changed(catalogue: Service) 
         "line 20",
     ]
     assert told["errors"][1]["value"] == "jazz"
+    assert told["errors"][1]["message"] == "unknown model 'jazz'"
     assert told["errors"][0]["message"] == "is also on line 1"
     assert names(catalogue) == []
 
@@ -207,6 +208,23 @@ def test_a_broken_csv_is_told_by_line(catalogue: Service) -> None:
         assert (status, told["code"]) == (422, "invalid_import"), text
         assert told["errors"][0]["field"] == field
     assert names(catalogue) == []
+
+
+@pytest.mark.parametrize(
+    ("header", "message"),
+    [
+        ("id,titel", "unknown column 'titel'; known are id, model, title, tags"),
+        ("id;model", "unknown column 'id;model'; known are id, "),
+    ],
+)
+def test_a_column_that_is_unknown_is_told_with_those_that_are_known(
+    catalogue: Service, header: str, message: str
+) -> None:
+    _, told = post(catalogue, f"{header}\na,pop\n".encode(), "text/csv")
+
+    (fault,) = told["errors"]
+    assert fault["message"].startswith(message)
+    assert ("separated by commas" in fault["message"]) is (";" in header)
 
 
 def test_an_empty_file_is_no_error(catalogue: Service) -> None:

@@ -20,7 +20,7 @@ from tests.catalogues import SIMPLE
 USERS = st.sampled_from(["ann", "bob", "cat"])
 SIGNALS = st.sampled_from(["like", "skip", "none"])
 ITEMS = st.integers(0, 5).map(lambda number: f"song-{number}")
-POLICIES = st.sampled_from(["random", "round_robin", "myopic", "best_fixed"])
+POLICIES = st.sampled_from(["random", "round_robin", "myopic", "best_fixed", "rollout"])
 NUMBERS = iter(range(10**9))
 
 
@@ -94,9 +94,20 @@ class Listening(RuleBasedStateMachine):
         )
         assert answer.status_code == (422 if broken else 200)
 
-    @rule(chance=st.floats(0.1, 0.9))
-    def replace_model(self, chance: float) -> None:
-        self.service.put_model("even", SIMPLE | {"prior": [chance, 1 - chance]})
+    @rule(chance=st.floats(0.1, 0.9), states=st.integers(2, 4))
+    def replace_model(self, chance: float, states: int) -> None:
+        others = [(1 - chance) / (states - 1)] * (states - 1)
+        row = [chance, *others]
+        self.service.put_model(
+            "even",
+            {
+                "states": [f"state-{number}" for number in range(states)],
+                "play": [row] * states,
+                "rest": [row[::-1]] * states,
+                "like": [(number + 1) / (states + 1) for number in range(states)],
+                "prior": row,
+            },
+        )
 
     @rule(item=st.sampled_from(["song-1", "song-2"]))
     def retire(self, item: str) -> None:
