@@ -12,7 +12,8 @@ from app.errors import Overloaded
 
 T = TypeVar("T")
 
-WAITING = 64  # for each thread
+THREADS = os.cpu_count() or 1
+WAITING = 64 * THREADS
 
 
 class Aside:
@@ -21,10 +22,9 @@ class Aside:
     Compiled code runs in them without the interpreter's lock.
     """
 
-    def __init__(self) -> None:
-        threads = os.cpu_count() or 1
+    def __init__(self, threads: int = THREADS, most: int = WAITING) -> None:
         self._executor = ThreadPoolExecutor(threads, thread_name_prefix="aside")
-        self._most = threads * WAITING
+        self._most = most
         self._taken = 0
 
     def run(self, work: Callable[[], T]) -> T:

@@ -2,7 +2,9 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from dataclasses import replace
 from datetime import timedelta
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -11,10 +13,13 @@ import sqlalchemy as sa
 
 from app.errors import UserNotFound
 from app.services import audits
+from app.services import beliefs as beliefs_service
 from app.services.audits import Audited
 from app.services.live import Live
+from app.storage import users as users_storage
 from app.storage.database import Database
 from app.storage.packing import Entries, pack, unpack
+from app.storage.store import Store
 from app.storage.tables import beliefs, users
 from tests.app.service import Service
 
@@ -94,6 +99,21 @@ def test_what_was_forgotten_is_forgotten_by_a_rebuild_too(service: Service) -> N
     assert [one.findings for one in audit(service)] == [[]]
     rebuild(service)
     assert service.beliefs("ann") == before
+
+
+def test_beliefs_rebuilt_for_a_slot_know_of_nothing_later(listened: Service) -> None:
+    """Another request may close a play between two reads of this one."""
+
+    def rebuilt_for_slot_7(store: Store, live: Live) -> int:
+        revision, user = users_storage.by_id(store, "ann")
+        catalogue = live.catalogue(store, revision)
+        earlier = replace(user, slot=7, epoch=-1)
+        return int(beliefs_service.kept(store, catalogue, earlier).slot.max())
+
+    async def run(database: Database, live: Live) -> int:
+        return await database.run(partial(rebuilt_for_slot_7, live=live))
+
+    assert with_database(listened, run) == 7
 
 
 def test_nothing_is_rebuilt_of_a_user_never_seen(listened: Service) -> None:

@@ -404,5 +404,21 @@ def test_serve_on_sqlite_takes_one_process_and_ends_when_told(
     assert process.returncode == 0
 
 
+def test_several_processes_end_when_told(postgres_url: str, tmp_path: Path) -> None:
+    words = ("serve", "--port", 0, "--workers", 2, "--database-url", postgres_url)
+    with start(*words, cwd=tmp_path) as process:
+        assert process.stdout is not None
+        while "serving" not in (line := process.stdout.readline()):
+            assert line
+        address = json.loads(line)["address"]
+        answer = httpx.get(f"{address}/health/live", trust_env=False, timeout=60)
+        process.send_signal(signal.SIGTERM)
+        _, complaint = process.communicate(timeout=60)
+
+    assert answer.status_code == 200
+    assert "Traceback" not in complaint
+    assert process.returncode == 0
+
+
 def one_line(text: str) -> bool:
     return text.startswith("Error: ") and text.count("\n") == 1

@@ -225,3 +225,14 @@ def test_one_more_policy_is_accepted_and_documented_by_its_registration() -> Non
         "minimum": 0,
         "maximum": 100,
     }
+
+
+def test_parameters_that_are_too_much_together_are_refused(service: Service) -> None:
+    params = {"horizon": 50, "trajectories": 10_000}
+
+    refused = service.client.put(
+        "/v1/admin/policy", json={"name": "rollout", "params": params}
+    )
+
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["field"] == "params.trajectories"
