@@ -60,8 +60,8 @@ VARIANTS: dict[str, Callable[[Path, int], subprocess.Popen[bytes]]] = {
 
 
 @contextmanager
-def served(variant: str) -> Iterator[int]:
-    """A server on the first core; its port."""
+def served(variant: str) -> Iterator[tuple[int, int]]:
+    """A server on the first core; its port and process."""
     port = free_port()
     with tempfile.TemporaryDirectory() as folder:
         process = VARIANTS[variant](Path(folder), port)
@@ -70,7 +70,7 @@ def served(variant: str) -> Iterator[int]:
             wait(port)
             if variant == "encore":
                 prepare(port)
-            yield port
+            yield port, process.pid
         finally:
             process.terminate()
             process.wait()
@@ -90,6 +90,7 @@ class Load:
         self.port = port
         self.end = time.perf_counter() + seconds
         self.latencies: dict[str, list[float]] = {"next": [], "feedback": []}
+        self.cpu = 0.0
 
     async def run(self, connections: int) -> None:
         await asyncio.gather(*(self.connection(n) for n in range(connections)))
@@ -141,11 +142,19 @@ def post(play: str, turn: int) -> bytes:
 
 
 def measure(variant: str, seconds: float, connections: int) -> Load:
-    with served(variant) as port:
+    with served(variant) as (port, pid):
         asyncio.run(Load(port, 1.0).run(connections))  # warm
+        before = cpu_seconds(pid)
         run = Load(port, seconds)
         asyncio.run(run.run(connections))
+        run.cpu = cpu_seconds(pid) - before
     return run
+
+
+def cpu_seconds(pid: int) -> float:
+    """Processor time that a process has used."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def free_port() -> int:
@@ -191,7 +200,8 @@ def main() -> None:
 
 def report(variant: str, run: Load, seconds: float) -> float:
     rate = sum(len(found) for found in run.latencies.values()) / seconds
-    parts = [f"{variant:22} {rate:7.0f} req/s"]
+    cpu = run.cpu / sum(len(found) for found in run.latencies.values())
+    parts = [f"{variant:22} {rate:7.0f} req/s {cpu * 1e6:5.0f} us CPU each"]
     for kind, found in run.latencies.items():
         quantiles = statistics.quantiles(found, n=100)
         parts.append(
