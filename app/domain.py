@@ -182,14 +182,3 @@ class Key:
     name: str
     created_at: datetime
     revoked_at: datetime | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class AuditEntry:
-    """One administrative act."""
-
-    at: datetime
-    by: str
-    action: str
-    subject: str
-    detail: Mapping[str, object]

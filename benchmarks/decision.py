@@ -32,7 +32,6 @@ from policies import (
 
 STATES, HORIZON, TRAJECTORIES, DISCOUNT = 4, 5, 100, 0.95
 ROUNDS, SLICE = 9, 0.02
-LONG: dict[str, object] = {"horizon": 50}
 
 
 @dataclass(frozen=True)

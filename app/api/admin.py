@@ -30,7 +30,7 @@ router = APIRouter(prefix="/v1/admin", tags=["policy"])
 @router.get("/policy")
 async def get_policy(caller: Administering) -> PolicyInForce:
     """Show the policy in force."""
-    return PolicyInForce.of(await caller.database.run(policy.current))
+    return PolicyInForce.model_validate(await caller.database.run(policy.current))
 
 
 @router.put("/policy")
@@ -48,7 +48,7 @@ async def swap_policy(
             by=caller.key.id,
         )
     )
-    return PolicyInForce.of(swapped)
+    return PolicyInForce.model_validate(swapped)
 
 
 @router.get("/policies")
@@ -61,7 +61,7 @@ async def list_policies(
         partial(policy.history, before=before, limit=limit)
     )
     return PolicyPage(
-        policies=[PolicyInForce.of(version) for version in page.versions],
+        policies=[PolicyInForce.model_validate(version) for version in page.versions],
         next=encode(page.next),
     )
 
@@ -75,4 +75,4 @@ async def roll_back_policy(
     restored = await caller.database.run(
         partial(policy.roll_back, note=note, by=caller.key.id)
     )
-    return PolicyInForce.of(restored)
+    return PolicyInForce.model_validate(restored)

@@ -72,7 +72,7 @@ async def import_items(
             dry_run=dry_run,
             retire_missing=retire_missing,
         )
-    result = ImportResult.of(imported)
+    result = ImportResult.model_validate(imported)
     logger.info("import", **result.model_dump())
     return result
 

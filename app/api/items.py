@@ -29,13 +29,15 @@ async def put_item(
         partial(items.put, new=form.item(item), by=caller.key.id)
     )
     response.status_code = HTTPStatus.CREATED if created else HTTPStatus.OK
-    return ItemView.of(kept)
+    return ItemView.model_validate(kept)
 
 
 @router.get("/items/{item}", responses=responses(ItemNotFound))
 async def get_item(caller: Serving, item: PathId) -> ItemView:
     """Show an item, also a retired one."""
-    return ItemView.of(await caller.database.run(partial(items.find, item_id=item)))
+    return ItemView.model_validate(
+        await caller.database.run(partial(items.find, item_id=item))
+    )
 
 
 @router.get("/items", responses=responses(InvalidCursor))
@@ -52,7 +54,7 @@ async def list_items(
     )
     shown = found[:limit]
     return ItemPage(
-        items=[ItemView.of(item) for item in shown],
+        items=[ItemView.model_validate(item) for item in shown],
         next=encode(shown[-1].id if len(found) > limit else None),
     )
 

@@ -11,7 +11,7 @@ from app.errors import PlayNotFound
 from app.services.catalogue import Shelf
 from app.services.live import Live
 from app.services.replays import Replay, replay
-from app.storage import plays, users
+from app.storage import plays, revision
 from app.storage.store import Store
 from policies import NEVER, Choice, expected_like
 
@@ -69,8 +69,7 @@ def record(store: Store, live: Live, play_id: UUID, *, explain: bool) -> Record:
     play = plays.by_id(store, play_id)
     if play is None:
         raise PlayNotFound(play_id)
-    revision, _ = users.by_id(store, play.user)
-    shelf = live.catalogue(store, revision).shelf(play.item)
+    shelf = live.catalogue(store, revision.current(store)).shelf(play.item)
     if play.policy is None or play.source is not Source.RECOMMENDED:
         return Record(play, shelf, None, None)
     explanation = explained(replay(store, live, play)) if explain else None

@@ -10,7 +10,7 @@ from app.services import beliefs
 from app.services.catalogue import Shelf
 from app.services.live import Live
 from app.services.standing import Standing
-from app.storage import audit, plays, users
+from app.storage import audit, plays, revision, users
 from app.storage.store import Store
 
 
@@ -72,8 +72,7 @@ def interest_in(
 
 def history(store: Store, live: Live, user_id: str, before: int, limit: int) -> History:
     """The closed plays of a user, before a slot."""
-    revision, _ = users.by_id(store, user_id)
-    catalogue = live.catalogue(store, revision)
+    catalogue = live.catalogue(store, revision.current(store))
     found = plays.page(store, user_id, before, limit + 1)
     shown = [(play, catalogue.shelf(play.item)) for play in found[:limit]]
     return History(shown, found[limit - 1].closed if len(found) > limit else None)
@@ -111,8 +110,8 @@ def erase(store: Store, user_id: str, by: str) -> None:
 
 
 def _standing(store: Store, live: Live, user_id: str) -> Standing:
-    revision, user = users.by_id(store, user_id)
-    catalogue = live.catalogue(store, revision)
+    in_force, user = users.by_id(store, user_id)
+    catalogue = live.catalogue(store, in_force)
     return Standing.of(store, catalogue, user, datetime.now(UTC))
 
 

@@ -8,7 +8,7 @@ from app.services import beliefs, decisions, selections
 from app.services.catalogue import Catalogue, Shelf, stacked
 from app.services.decisions import Decision
 from app.services.live import Live, load_policy
-from app.storage import items, models, plays, users
+from app.storage import items, models, plays, revision
 from app.storage.store import Store
 
 
@@ -36,8 +36,7 @@ def replay(store: Store, live: Live, play: Play) -> Replay:
 
 
 def _catalogue_of(store: Store, live: Live, play: Play) -> Catalogue:
-    revision, _ = users.by_id(store, play.user)
-    present = live.catalogue(store, revision)
+    present = live.catalogue(store, revision.current(store))
     if present.version == play.catalogue:
         return present
     listing = present.listing.copy()

@@ -5,13 +5,12 @@ import math
 import unicodedata
 from collections.abc import Mapping
 from datetime import datetime
-from typing import Annotated, Self
+from typing import Annotated
 
 from pydantic import AfterValidator, Field, StringConstraints
 
 from app.api.schemas.fields import Form, Id
 from app.api.schemas.pages import NextCursor
-from app.domain import Item
 from app.services.items import NewItem
 
 DEEPEST = 32
@@ -106,19 +105,6 @@ class ItemView(Form):
     active: bool
     created_at: datetime
     updated_at: datetime
-
-    @classmethod
-    def of(cls, item: Item) -> Self:
-        return cls(
-            id=item.id,
-            model=item.model,
-            title=item.title,
-            tags=list(item.tags),
-            payload=item.payload,
-            active=item.active,
-            created_at=item.created_at,
-            updated_at=item.updated_at,
-        )
 
 
 class ItemPage(Form):

@@ -13,7 +13,6 @@ from app.api.schemas.items import ItemForm
 from app.api.schemas.models import ModelForm
 from app.domain import Signal
 from app.errors import Fault
-from app.services.changes import Imported
 from app.services.formats import Record, json_object
 from app.services.histories import PastPlay
 from app.services.items import NewItem
@@ -72,16 +71,6 @@ class ImportResult(Form):
     unchanged: int
     retired: int
     dry_run: bool
-
-    @classmethod
-    def of(cls, imported: Imported) -> Self:
-        return cls(
-            created=imported.created,
-            replaced=imported.replaced,
-            unchanged=imported.unchanged,
-            retired=imported.retired,
-            dry_run=imported.dry_run,
-        )
 
 
 def read_item(record: Record) -> NewItem:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from datetime import datetime
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 from fastapi.openapi.models import Example
 from pydantic import (
@@ -23,7 +23,6 @@ from pydantic_core import (
 
 from app.api.schemas.fields import Form, Note
 from app.api.schemas.pages import NextCursor
-from app.domain import PolicyVersion
 from app.services.policy_catalogue import Choice, Option, choices
 
 
@@ -61,18 +60,6 @@ class PolicyInForce(Form):
     restores: Annotated[
         int | None, Field(description="the version that a rollback went back to")
     ]
-
-    @classmethod
-    def of(cls, policy: PolicyVersion) -> Self:
-        return cls(
-            version=policy.version,
-            name=policy.name,
-            params=policy.params,
-            note=policy.note,
-            activated_at=policy.activated_at,
-            by=policy.by,
-            restores=policy.restores,
-        )
 
 
 class PolicyPage(Form):
