@@ -20,12 +20,14 @@ from benchmarks.machine import describe
 from policies import (
     NEVER,
     Floats,
+    Mixture,
     Model,
     ModelSet,
     Policy,
     Situation,
     choose,
     create,
+    ready,
     untouched,
     warm_up,
 )
@@ -126,7 +128,7 @@ def measured(case: Case) -> tuple[float, float | None]:
     """Return medians of ours and of the NumPy version."""
     given = instance(case)
     policy: Policy = create(case.policy, case.params)
-    scorer = policy.prepare(given.models)
+    scorer = ready(policy, given.models)
     rng = np.random.default_rng(0)
 
     def ours() -> None:
@@ -141,7 +143,9 @@ def measured(case: Case) -> tuple[float, float | None]:
         else:
             int(naive_rollout(given, rng, base(case)).argmax())
 
-    agree(case, scorer(given, 1), given)
+    scores = scorer(given, 1)
+    assert not isinstance(scores, Mixture)
+    agree(case, scores, given)
     rounds = ROUNDS if case.groups < 200 else 2
     pairs = [
         (per_call(ours), per_call(theirs) if case.naive else None)

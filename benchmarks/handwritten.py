@@ -37,6 +37,7 @@ from policies import (
     choose,
     create,
     expected_like,
+    ready,
     rested,
     untouched,
     warm_up,
@@ -144,7 +145,7 @@ def build(path: str, key: str) -> FastAPI:
             for item in paper["items"]
         ]
     )
-    scorer = create("myopic", {}).prepare(models)
+    scorer = ready(create("myopic", {}), models)
     reader = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
     writer = Writer(path)
     wanted = hashlib.sha256(key.encode()).digest()

@@ -15,13 +15,16 @@ from policies.belief import (
     rested,
     untouched,
 )
-from policies.choice import Choice, choose
-from policies.model import InvalidModel, Model
+from policies.choice import Choice, Mixture, choose
+from policies.index_table import IndexTable, build
+from policies.model import NO_ANSWER, InvalidModel, Model, Signals
 from policies.model_set import ModelSet
 from policies.parameters import Bounds, Parameter, parameters
 from policies.policy import Policy, Scorer
+from policies.ready import ready
 from policies.registry import POLICIES, create
 from policies.situation import NEVER, Situation
+from policies.tables import NO_TABLES, Tables, build_all
 from policies.warm_up import warm_up
 
 __all__ = [
@@ -29,28 +32,37 @@ __all__ = [
     "MOST_SURPRISE",
     "NEVER",
     "NONE",
+    "NO_ANSWER",
+    "NO_TABLES",
     "POLICIES",
     "SKIP",
     "Answered",
     "Bounds",
     "Choice",
     "Floats",
+    "IndexTable",
     "Ints",
     "InvalidModel",
+    "Mixture",
     "Model",
     "ModelSet",
     "Parameter",
     "Policy",
     "Scorer",
+    "Signals",
     "Situation",
+    "Tables",
     "answered",
     "as_floats",
     "as_ints",
+    "build",
+    "build_all",
     "choose",
     "create",
     "expected_like",
     "forecast",
     "parameters",
+    "ready",
     "replayed",
     "rested",
     "untouched",

@@ -11,9 +11,9 @@ from policies.arrays import Floats, Ints
 from policies.compiled import compiled, inner
 from policies.model_set import ModelSet
 
+NONE = -1  # no answer; signals count from 0 in the order of their model
 SKIP = 0
 LIKE = 1
-NONE = 2
 
 IMPOSSIBLE = float(np.finfo(np.float64).tiny)
 
@@ -81,21 +81,15 @@ def _learn(
 ) -> float:
     chance = 0.0
     for i in range(belief.shape[1]):
-        chance += belief[row, i] * _signal_chance(models.like[m, i], signal)
+        told = 1.0 if signal == NONE else models.observe[m, signal, i]
+        chance += belief[row, i] * told
     for j in range(belief.shape[1]):
         weight = 0.0
         for i in range(belief.shape[1]):
-            told = belief[row, i] * _signal_chance(models.like[m, i], signal)
-            weight += told * models.play[m, i, j]
+            told = 1.0 if signal == NONE else models.observe[m, signal, i]
+            weight += belief[row, i] * told * models.play[m, i, j]
         after[to, j] = weight / chance
     return chance
-
-
-@inner
-def _signal_chance(like: float, signal: int) -> float:
-    if signal == LIKE:
-        return like
-    return 1.0 - like if signal == SKIP else 1.0
 
 
 @compiled

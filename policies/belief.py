@@ -1,9 +1,10 @@
 """What the service believes of a user's interest, and Bayes' rule for it.
 
 An answer depends on the state *before* the move (Meshram and Kaza 2021, section II;
-the paper prints the update for a like alone). With weights w(i) = pi(i) rho(i) after a
-like, pi(i) (1 - rho(i)) after a skip and pi(i) without an answer, the belief after a
-play is w P1 / sum(w); after k slots of rest it is pi P0^k.
+the paper prints the update for a like alone). With weights w(i) = pi(i) O(i, y) after a
+signal y, and pi(i) without an answer, the belief after a play is w P1 / sum(w); after k
+slots of rest it is pi P0^k. Where the signals are a skip and a like, O(i, like) is
+rho(i).
 
 The arithmetic is that of `bayes`, always: a belief rebuilt from a log equals the one
 that was carried along, to the bit.
@@ -60,7 +61,9 @@ def untouched(models: ModelSet, slot: int) -> Floats:
 
 
 def expected_like(models: ModelSet, model: Ints, belief: Floats) -> Floats:
-    """Return (K,): the chance of a like, r(pi) = sum_i pi(i) rho(i), of each belief.
+    """Return (K,): the expected reward, r(pi) = sum_i pi(i) rho(i), of each belief.
+
+    Where the signals are a skip and a like, that is the chance of a like.
 
     Args:
         models: M models of S states.
@@ -77,7 +80,8 @@ def answered(models: ModelSet, model: int, belief: Floats, signal: int) -> Answe
         models: M models of S states.
         model: row of the item's model.
         belief: (S,) in the slot of the play.
-        signal: LIKE, SKIP or NONE.
+        signal: its number in the model (SKIP and LIKE where it has no others), or
+            NONE.
     """
     after, chance = bayes.answered(models, model, as_floats(belief), signal)
     surprise = max(0.0, -math.log(max(chance, IMPOSSIBLE)))
@@ -93,7 +97,7 @@ def replayed(
         models: M models of S states.
         model: row of the item's model.
         slots: (P,) slots in which it was played, ascending.
-        signals: (P,) LIKE, SKIP or NONE.
+        signals: (P,) see `answered`.
 
     Returns:
         The slot after the last play, and the (S,) belief in it. Without plays: slot 0
@@ -103,7 +107,7 @@ def replayed(
 
 
 def forecast(models: ModelSet, model: int, belief: Floats, slots: int) -> Floats:
-    """Return (slots,): the chance of a like after 1, 2, ... further slots of rest.
+    """Return (slots,): the expected reward after 1, 2, ... further slots of rest.
 
     Args:
         models: M models of S states.

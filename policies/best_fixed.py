@@ -14,6 +14,7 @@ from policies.model_set import ModelSet
 from policies.parameters import Bounds, check
 from policies.policy import Scorer
 from policies.situation import Situation
+from policies.tables import Tables
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +26,8 @@ class BestFixed:
     """
 
     rest_matters: ClassVar[bool] = False
+    is_index: ClassVar[bool] = True
+    table_discount: ClassVar[None] = None
 
     discount: Annotated[
         float,
@@ -35,7 +38,7 @@ class BestFixed:
     def __post_init__(self) -> None:
         check(self)
 
-    def prepare(self, models: ModelSet) -> Scorer:
+    def prepare(self, models: ModelSet, _tables: Tables) -> Scorer:
         """Solve (I - beta P1) v = rho for the worth v of each state, once."""
         moves = np.eye(models.play.shape[1]) - self.discount * models.play
         worth = np.linalg.solve(moves, models.like[..., None])[..., 0]  # (M, S)

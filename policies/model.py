@@ -6,6 +6,7 @@ Dynamic User Behavior", arXiv:2102.04321, section II.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike
 from policies.arrays import Floats
 
 TOLERANCE = 1e-6
+NO_ANSWER = "none"
 
 
 class InvalidModel(ValueError):
@@ -23,18 +25,33 @@ class InvalidModel(ValueError):
         self.field = field
 
 
+class Signals(NamedTuple):
+    """What a play may tell: K names, (S, K) chances by state, (K,) rewards."""
+
+    names: Sequence[str]
+    observe: ArrayLike
+    reward: ArrayLike
+
+
 @dataclass(frozen=True, slots=True, eq=False, init=False)
 class Model:
-    """One item type of S hidden states of interest.
+    """One item type of S hidden states of interest, whose plays give K signals.
 
     Attributes:
         states: S distinct names.
         play: (S, S) row-stochastic, moves in a slot in which the item is played, P1.
         rest: (S, S) row-stochastic, moves in a slot in which another one is, P0.
-        like: (S,) in [0, 1], chance that a play is liked, by state, rho.
+        like: (S,) in [0, 1], expected reward of a play, by state, rho: where the
+            signals are a skip and a like, the chance that it is liked.
         prior: (S,) belief of an item never played, at slot 0, pi0.
+        signals: K names, none of them "none"; ("skip", "like") unless others are given.
+        observe: (S, K) row-stochastic, chance of each signal, by state.
+        reward: (K,) in [0, 1], worth of each signal.
 
-    The arrays are own copies. Rows may miss a sum of one by 1e-6 and are normalised.
+    Rewards from 0 to 1 are no restriction: one item is played in every slot, so a
+    reward c R + d scales every value by c, shifts it by a constant, and changes no
+    choice. The arrays are own copies. Rows may miss a sum of one by 1e-6 and are
+    normalised.
     """
 
     states: tuple[str, ...]
@@ -42,53 +59,88 @@ class Model:
     rest: Floats
     like: Floats
     prior: Floats
+    signals: tuple[str, ...]
+    observe: Floats
+    reward: Floats
 
     def __init__(
         self,
         states: Sequence[str],
         play: ArrayLike,
         rest: ArrayLike,
-        like: ArrayLike,
+        like: ArrayLike | None,
         prior: ArrayLike,
+        signals: Signals | None = None,
     ) -> None:
         """Check and copy.
+
+        Args:
+            states: see the class.
+            play: see the class.
+            rest: see the class.
+            like: see the class; None if there are `signals`, which imply it.
+            prior: see the class.
+            signals: what a play may tell, None: a skip or a like.
 
         Raises:
             InvalidModel: names the field, e.g. "play[2]", "like[1]" or "prior".
         """
-        size = len(_names(states))
+        size = len(_names("states", states, least=2))
+        if (like is None) == (signals is None):
+            raise InvalidModel("like", "give either the chance of a like or signals")
         object.__setattr__(self, "states", tuple(states))
-        object.__setattr__(self, "play", _matrix("play", play, size))
-        object.__setattr__(self, "rest", _matrix("rest", rest, size))
-        object.__setattr__(self, "like", _chances(like, size))
+        object.__setattr__(self, "play", _matrix("play", play, (size, size)))
+        object.__setattr__(self, "rest", _matrix("rest", rest, (size, size)))
         object.__setattr__(self, "prior", _distribution("prior", prior, size))
+        names, observe, reward = _observed(like, signals, size)
+        object.__setattr__(self, "signals", names)
+        object.__setattr__(self, "observe", observe)
+        object.__setattr__(self, "reward", reward)
+        object.__setattr__(self, "like", np.minimum(observe @ reward, 1.0))
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Sentences on what is allowed but looks like a mistake."""
         return tuple(
-            f"The chance of a like falls from state {self.states[i]!r}"
+            f"The expected reward of a play falls from state {self.states[i]!r}"
             f" ({self.like[i]:g}) to state {self.states[i + 1]!r}"
             f" ({self.like[i + 1]:g})."
             for i in np.flatnonzero(np.diff(self.like) < 0)
         )
 
 
-def _names(states: Sequence[str]) -> Sequence[str]:
-    if isinstance(states, str) or len(states) < 2:  # noqa: PLR2004 - a chain
-        raise InvalidModel("states", "needs at least two names")
-    for i, name in enumerate(states):
+def _names(field: str, names: Sequence[str], least: int) -> Sequence[str]:
+    if isinstance(names, str) or len(names) < least:
+        raise InvalidModel(field, f"needs at least {least} of them")
+    for i, name in enumerate(names):
         if not str(name).strip():
-            raise InvalidModel(f"states[{i}]", "needs a name")
-        if name in states[:i]:
-            raise InvalidModel(f"states[{i}]", f"the name {name!r} is taken")
-    return states
+            raise InvalidModel(f"{field}[{i}]", "needs a name")
+        if name in names[:i]:
+            raise InvalidModel(f"{field}[{i}]", f"the name {name!r} is taken")
+    return names
 
 
-def _matrix(field: str, values: ArrayLike, size: int) -> Floats:
-    matrix = _numbers(field, values, (size, size))
-    rows = [_distribution(f"{field}[{i}]", row, size) for i, row in enumerate(matrix)]
-    return np.stack(rows)
+def _observed(
+    like: ArrayLike | None, signals: Signals | None, size: int
+) -> tuple[tuple[str, ...], Floats, Floats]:
+    """Return names, chances and rewards of the signals."""
+    if signals is None:
+        chance = _chances("like", like, size)
+        observe = np.stack((1 - chance, chance), axis=1)
+        return ("skip", "like"), observe, np.array((0.0, 1.0))
+    names = tuple(_names("signals", signals.names, least=1))
+    if NO_ANSWER in names:
+        at = names.index(NO_ANSWER)
+        raise InvalidModel(f"signals[{at}]", f"{NO_ANSWER!r} says there was no answer")
+    observe = _matrix("observe", signals.observe, (size, len(names)))
+    return names, observe, _chances("reward", signals.reward, len(names))
+
+
+def _matrix(field: str, values: ArrayLike, shape: tuple[int, int]) -> Floats:
+    matrix = _numbers(field, values, shape)
+    return np.stack(
+        [_distribution(f"{field}[{i}]", row, shape[1]) for i, row in enumerate(matrix)]
+    )
 
 
 def _distribution(field: str, values: ArrayLike, size: int) -> Floats:
@@ -101,15 +153,15 @@ def _distribution(field: str, values: ArrayLike, size: int) -> Floats:
     return chances / total
 
 
-def _chances(values: ArrayLike, size: int) -> Floats:
-    chances = _numbers("like", values, (size,))
+def _chances(field: str, values: ArrayLike | None, size: int) -> Floats:
+    chances = _numbers(field, values, (size,))
     for i, chance in enumerate(chances):
         if not 0 <= chance <= 1:
-            raise InvalidModel(f"like[{i}]", f"is {chance:g}, not a chance from 0 to 1")
+            raise InvalidModel(f"{field}[{i}]", f"is {chance:g}, not from 0 to 1")
     return chances
 
 
-def _numbers(field: str, values: ArrayLike, shape: tuple[int, ...]) -> Floats:
+def _numbers(field: str, values: ArrayLike | None, shape: tuple[int, ...]) -> Floats:
     try:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError) as error:

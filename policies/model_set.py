@@ -16,37 +16,48 @@ class ModelSet(NamedTuple):
     """M models of at most S states; a tuple, so that compiled code takes it whole.
 
     A model of fewer states is padded with states in which nobody ever is: no prior
-    belief, no like, and no way in or out. That changes no result.
+    belief, no like, and no way in or out; one of fewer signals with signals that are
+    never given. That changes no result.
 
     Attributes:
         play: (M, S, S) row-stochastic, P1.
         rest: (M, S, S) row-stochastic, P0.
-        like: (M, S), rho.
+        like: (M, S), expected reward, rho.
         prior: (M, S), pi0.
+        observe: (M, K, S), chance of each signal by state.
+        reward: (M, K), worth of each signal.
         rest_powers: (M, 41, S, S), entry j is `rest` to the power 2^j.
         states: (M,) number of states of each model before padding.
+        signals: (M,) number of signals of each model before padding.
     """
 
     play: Floats
     rest: Floats
     like: Floats
     prior: Floats
+    observe: Floats
+    reward: Floats
     rest_powers: Floats
     states: Ints
+    signals: Ints
 
     @classmethod
     def of(cls, models: Sequence[Model]) -> "ModelSet":
         """Stack `models`; row m of every array belongs to the m-th one."""
         states = np.array([len(model.states) for model in models], dtype=np.int64)
-        size = int(states.max(initial=0))
+        signals = np.array([len(model.signals) for model in models], dtype=np.int64)
+        size, most = int(states.max(initial=0)), int(signals.max(initial=0))
         rest = _padded_matrices([model.rest for model in models], size)
         return cls(
             play=_padded_matrices([model.play for model in models], size),
             rest=rest,
             like=_padded_vectors([model.like for model in models], size),
             prior=_padded_vectors([model.prior for model in models], size),
+            observe=_padded_chances([model.observe for model in models], most, size),
+            reward=_padded_vectors([model.reward for model in models], most),
             rest_powers=_powers(rest),
             states=states,
+            signals=signals,
         )
 
 
@@ -61,6 +72,14 @@ def _padded_vectors(vectors: Sequence[Floats], size: int) -> Floats:
     stacked = np.zeros((len(vectors), size))
     for row, vector in zip(stacked, vectors, strict=True):
         row[: len(vector)] = vector
+    return stacked
+
+
+def _padded_chances(chances: Sequence[Floats], signals: int, size: int) -> Floats:
+    stacked = np.zeros((len(chances), signals, size))
+    stacked[:, :1] = 1.0  # also where nobody ever is, some signal is given
+    for row, chance in zip(stacked, chances, strict=True):
+        row[: chance.shape[1], : len(chance)] = chance.T
     return stacked
 
 

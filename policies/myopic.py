@@ -11,6 +11,7 @@ from policies.belief import expected_like
 from policies.model_set import ModelSet
 from policies.policy import Scorer
 from policies.situation import Situation
+from policies.tables import Tables
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,8 +19,10 @@ class Myopic:
     """Scores an item by its chance of a like in this slot, r(pi)."""
 
     rest_matters: ClassVar[bool] = False
+    is_index: ClassVar[bool] = True
+    table_discount: ClassVar[None] = None
 
-    def prepare(self, _models: ModelSet) -> Scorer:
+    def prepare(self, _models: ModelSet, _tables: Tables) -> Scorer:
         """Return the scorer; there is nothing to compute."""
         return self._scores
 

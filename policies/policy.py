@@ -3,15 +3,21 @@
 from typing import ClassVar, Protocol
 
 from policies.arrays import Floats
+from policies.choice import Mixture
 from policies.model_set import ModelSet
 from policies.situation import Situation
+from policies.tables import Tables
 
 
 class Scorer(Protocol):
     """A policy that is ready for one model set."""
 
-    def __call__(self, situation: Situation, seed: int, /) -> Floats:
-        """Return (G,) finite scores; the highest is played, ties by lot."""
+    def __call__(self, situation: Situation, seed: int, /) -> Floats | Mixture:
+        """Return (G,) finite scores; the highest is played, ties by lot.
+
+        A policy that chooses at random returns a mixture of scores, and so tells with
+        which probability each item is chosen.
+        """
 
 
 class Policy(Protocol):
@@ -22,11 +28,17 @@ class Policy(Protocol):
     Attributes:
         rest_matters: whether a score depends on `Situation.rested`; if not, groups
             that differ in nothing else may be merged.
+        is_index: whether a group's score depends on that group alone.
     """
 
     rest_matters: ClassVar[bool]
+    is_index: ClassVar[bool]
 
-    def prepare(self, models: ModelSet, /) -> Scorer:
+    @property
+    def table_discount(self) -> float | None:
+        """Discount of the index tables that `prepare` has to be given; None: none."""
+
+    def prepare(self, models: ModelSet, tables: Tables, /) -> Scorer:
         """Compute what depends on the models alone; slow, once per model set."""
 
     def cost(self, situation: Situation, /) -> float:

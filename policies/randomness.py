@@ -16,6 +16,7 @@ from policies.compiled import compiled, inner
 TIES = 0
 ANSWERS = 1
 ITEMS = 2
+MIXTURE = 3
 
 Words: TypeAlias = tuple[np.uint64, np.uint64, np.uint64, np.uint64]
 

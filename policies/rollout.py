@@ -25,6 +25,7 @@ from policies.path import Imagined, empty_path
 from policies.policy import Scorer
 from policies.schedule import Groups, scheduled
 from policies.situation import Situation
+from policies.tables import Tables
 from policies.trajectories import total_reward
 
 MOST_PLAYS = 50_000  # in imagination, for each first play: seconds for many items
@@ -49,6 +50,8 @@ class Rollout:
     """
 
     rest_matters: ClassVar[bool] = False
+    is_index: ClassVar[bool] = False
+    table_discount: ClassVar[None] = None
 
     base: Annotated[
         Literal["random", "myopic"], "policy followed after the first play"
@@ -84,7 +87,7 @@ class Rollout:
                 f" not {self.horizon * self.trajectories}"
             )
 
-    def prepare(self, _models: ModelSet) -> Scorer:
+    def prepare(self, _models: ModelSet, _tables: Tables) -> Scorer:
         """Return the scorer; the models need no preparation."""
         plan = Plan(
             self._weights(),

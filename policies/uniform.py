@@ -9,6 +9,7 @@ from policies.arrays import Floats
 from policies.model_set import ModelSet
 from policies.policy import Scorer
 from policies.situation import Situation
+from policies.tables import Tables
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,8 +17,10 @@ class Uniform:
     """Scores all items alike, so that each is equally likely to be played."""
 
     rest_matters: ClassVar[bool] = False
+    is_index: ClassVar[bool] = True
+    table_discount: ClassVar[None] = None
 
-    def prepare(self, _models: ModelSet) -> Scorer:
+    def prepare(self, _models: ModelSet, _tables: Tables) -> Scorer:
         """Return the scorer; there is nothing to compute."""
         return self._scores
 

@@ -19,6 +19,7 @@ from policies.model import Model
 from policies.model_set import ModelSet
 from policies.parameters import Parameter, parameters
 from policies.policy import Policy
+from policies.ready import ready
 from policies.registry import POLICIES, create
 from policies.situation import NEVER, Situation
 
@@ -40,7 +41,7 @@ def warm_up() -> None:
         np.array([1, NEVER]),
     )
     for policy in _variants():
-        scores = policy.prepare(models)(situation, 0)
+        scores = ready(policy, models)(situation, 0)
         choose(scores, situation.count, 0)
 
 

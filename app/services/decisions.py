@@ -12,6 +12,7 @@ from policies import (
     Choice,
     Floats,
     Ints,
+    Mixture,
     Policy,
     Scorer,
     Situation,
@@ -81,8 +82,9 @@ def candidates(
 def decide(candidates: Candidates, scorer: Scorer, seed: int) -> Decision:
     """Score every group, play the best."""
     situation = candidates.situation
-    scores = scorer(situation, seed)
-    choice = choose(scores, situation.count, seed)
+    scored = scorer(situation, seed)
+    choice = choose(scored, situation.count, seed)
+    scores = scored.scores[choice.row] if isinstance(scored, Mixture) else scored
     group = slice(choice.group, choice.group + 1)
     like = expected_like(
         situation.models, situation.model[group], situation.belief[group]

@@ -14,7 +14,7 @@ from app.errors import NotReady
 from app.services.catalogue import Catalogue
 from app.storage import items, models, policies, revision
 from app.storage.store import Store
-from policies import ModelSet, Policy, Scorer, create
+from policies import ModelSet, Policy, Scorer, create, ready
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +89,7 @@ def load_policy(store: Store, version: int, models: ModelSet) -> InForce:
         policy = create(found.name, found.params)
     except ValueError as error:
         raise NotReady(f"This release has no such policy: {error}.") from error
-    return InForce(found, policy, models, policy.prepare(models))
+    return InForce(found, policy, models, ready(policy, models))
 
 
 def find_policy(store: Store, version: int) -> PolicyVersion:

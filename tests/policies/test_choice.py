@@ -1,9 +1,11 @@
+import operator
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from policies import choose
+from policies import Mixture, choose
 
 SEEDS = st.integers(0, 2**63 - 1)
 
@@ -11,7 +13,7 @@ SEEDS = st.integers(0, 2**63 - 1)
 def test_the_highest_score_is_played() -> None:
     choice = choose(np.array([0.1, 0.7, 0.3]), np.array([5, 1, 9]), seed=3)
 
-    assert choice == (1, 0, 1.0)
+    assert choice == (1, 0, 1.0, 0)
 
 
 @settings(deadline=None)
@@ -68,3 +70,44 @@ def test_huge_groups_are_no_problem() -> None:
 
     assert 0 <= choice.member < 10**12
     assert choice.propensity == 1 / (10**12 + 1)
+
+
+def test_a_group_without_items_is_never_chosen() -> None:
+    scores, count = np.array([9.0, 1.0, 1.0]), np.array([0, 2, 0])
+
+    assert {choose(scores, count, seed).group for seed in range(50)} == {1}
+    with pytest.raises(ValueError, match="nothing"):
+        choose(scores, np.zeros(3, dtype=np.int64), 0)
+
+
+def test_propensities_of_a_mixture_are_what_counting_finds() -> None:
+    scores = np.array([[0.0, 0.0, 0.0], [1.0, 3.0, 3.0], [2.0, 1.0, 0.0]])
+    mixture = Mixture(np.array([0.3, 0.5, 0.2]), scores)
+    count, draws = np.array([2, 1, 3]), 30_000
+
+    wins: dict[tuple[int, int], int] = {}
+    chance: dict[tuple[int, int], float] = {}
+    for seed in range(draws):
+        choice = choose(mixture, count, seed)
+        item = choice.group, choice.member
+        wins[item] = wins.get(item, 0) + 1
+        chance[item] = choice.propensity
+
+    assert sum(chance.values()) == pytest.approx(1)
+    assert chance[0, 0] == pytest.approx(0.3 / 6 + 0.2 / 2)
+    assert chance[1, 0] == chance[2, 2] == pytest.approx(0.3 / 6 + 0.5 / 4)
+    for item, won in wins.items():
+        spread = np.sqrt(draws * chance[item] * (1 - chance[item]))
+        assert abs(won - draws * chance[item]) < 4.5 * spread
+
+
+def test_places_draw_alone() -> None:
+    scores, count = np.zeros(2), np.ones(2, dtype=np.int64)
+
+    picks = [
+        [choose(scores, count, seed, place).group for seed in range(400)]
+        for place in (0, 1)
+    ]
+
+    first, second = picks
+    assert 140 < sum(map(operator.eq, first, second)) < 260

@@ -12,8 +12,10 @@ from policies import (
     Policy,
     Scorer,
     Situation,
+    Tables,
     choose,
     create,
+    ready,
 )
 from policies.parameters import check
 from tests.policies.instances import paper_situation
@@ -24,13 +26,15 @@ class Favourite:
     """Plays one group; stands for a policy that somebody adds."""
 
     rest_matters: ClassVar[bool] = False
+    is_index: ClassVar[bool] = False
+    table_discount: ClassVar[None] = None
 
     row: Annotated[int, Bounds(0, 9), "the group"] = 0
 
     def __post_init__(self) -> None:
         check(self)
 
-    def prepare(self, _models: ModelSet) -> Scorer:
+    def prepare(self, _models: ModelSet, _tables: Tables) -> Scorer:
         return self._scores
 
     def cost(self, _situation: Situation) -> float:
@@ -46,7 +50,7 @@ def test_a_new_policy_is_one_file_and_one_line() -> None:
 
     policy = create("favourite", {"row": 3}, policies)
 
-    assert choose(policy.prepare(case.models)(case, 0), case.count, 0).group == 3
+    assert choose(ready(policy, case.models)(case, 0), case.count, 0).group == 3
     with pytest.raises(ValueError, match=r"^row: must be a whole number from 0 to 9"):
         create("favourite", {"row": 10}, policies)
 

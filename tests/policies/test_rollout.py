@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from policies import Floats, Model, ModelSet, Situation, untouched
+from policies import Floats, Mixture, Model, ModelSet, Situation, ready, untouched
 from policies.rollout import Rollout
 from tests.policies.instances import (
     Instance,
@@ -32,7 +32,9 @@ EXACT = [3.53666157, 3.30837371, 3.41343076, 3.30837371, 3.40664325]
 
 
 def score(policy: Rollout, case: Situation, seed: int) -> Floats:
-    return policy.prepare(case.models)(case, seed)
+    scores = ready(policy, case.models)(case, seed)
+    assert not isinstance(scores, Mixture)
+    return scores
 
 
 @settings(deadline=None, max_examples=150)

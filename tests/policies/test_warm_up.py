@@ -16,6 +16,7 @@ from policies import (
     create,
     expected_like,
     forecast,
+    ready,
     replayed,
     rested,
     untouched,
@@ -54,7 +55,7 @@ def test_after_warming_up_nothing_is_compiled() -> None:
                 ("random", "myopic"), ("expected", "click"), (0, 0.5)
             )
         ]:
-            scores = policy.prepare(models)(case, 2**63 - 1)
+            scores = ready(policy, models)(case, 2**63 - 1)
             choice = choose(scores, case.count, 2**63 - 1)
             answered(
                 models, int(case.model[choice.group]), case.belief[choice.group], 0
