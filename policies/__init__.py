@@ -23,11 +23,12 @@ from policies.parameters import Bounds, Parameter, parameters
 from policies.policy import Policy, Scorer
 from policies.ready import ready
 from policies.registry import POLICIES, create
-from policies.situation import NEVER, Situation
+from policies.situation import ALONE, NEVER, Situation, Slate
 from policies.tables import NO_TABLES, Tables, build_all
 from policies.warm_up import warm_up
 
 __all__ = [
+    "ALONE",
     "LIKE",
     "MOST_SURPRISE",
     "NEVER",
@@ -51,6 +52,7 @@ __all__ = [
     "Scorer",
     "Signals",
     "Situation",
+    "Slate",
     "Tables",
     "answered",
     "as_floats",

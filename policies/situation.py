@@ -11,6 +11,24 @@ NEVER = 2**62
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Slate:
+    """What one slot holds: M plays, of which C items are chosen already.
+
+    Attributes:
+        plays: M, how many items are played in every slot.
+        model: (C,) row of the model of each item chosen.
+        belief: (C, S) in this slot; they are no candidates any more.
+    """
+
+    plays: int
+    model: Ints
+    belief: Floats
+
+
+ALONE = Slate(1, np.empty(0, dtype=np.int64), np.empty((0, 0)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Situation:
     """G groups of candidates; the items of a group share model and belief.
 
@@ -25,6 +43,7 @@ class Situation:
         belief: (G, S).
         count: (G,) items in each group, at least 1.
         rested: (G,) slots since the group's items were last played, NEVER if never.
+        slate: what is played in this slot beside the item to choose.
     """
 
     models: ModelSet
@@ -32,6 +51,7 @@ class Situation:
     belief: Floats
     count: Ints
     rested: Ints
+    slate: Slate = ALONE
 
     def check(self) -> None:
         """Check what every policy takes for granted; for tests.
