@@ -1,75 +1,113 @@
-"""What the base policy of a rollout plays next in a trajectory, compiled."""
+"""Base policies: what a rollout imagines to be played after its first play."""
 
-from policies.arrays import Ints
-from policies.bayes import like_chance
-from policies.compiled import inner
-from policies.path import Imagined, touch
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, TypeAlias
 
+import numpy as np
 
-@inner
-def play_next(imagined: Imagined, h: int, first: int) -> None:
-    """Let the base play at depth h."""
-    if len(imagined.draws.items) == 0:
-        _play_best(imagined, h)
-    else:
-        _play_item(imagined, h, imagined.draws.items[h, imagined.path.members[first]])
+from policies import index, subsidy
+from policies.index import Index
+from policies.model_set import ModelSet
+from policies.relaxation import (
+    Relaxation,
+    least,
+    price_advantages,
+    price_values,
+    priced_advantage,
+    priced_value,
+    relaxed,
+)
+from policies.situation import Situation
+from policies.tables import Tables
 
-
-@inner
-def _play_item(imagined: Imagined, h: int, item: int) -> None:
-    path = imagined.path
-    for k in range(path.touched[h]):
-        if path.item[k] == item:
-            m = imagined.groups.model[path.group[k]]
-            path.played[h] = k
-            row = h * len(path.end) + k
-            path.chance[h] = like_chance(imagined.models.like, m, path.belief, row)
-            return
-    touch(imagined, h, _group_of(imagined.schedule.last, item), item)
-
-
-@inner
-def _group_of(last: Ints, item: int) -> int:
-    """Search the group of an item: the first row of `last` above its ordinal."""
-    low, high = 0, len(last) - 1
-    while low < high:
-        middle = (low + high) // 2
-        if last[middle] > item:
-            high = middle
-        else:
-            low = middle + 1
-    return low
+Base: TypeAlias = Literal[
+    "myopic", "whittle", "lagrangian", "best_fixed", "round_robin"
+]
+LOOKED_UP = frozenset(("whittle", "lagrangian"))
 
 
-@inner
-def _play_best(imagined: Imagined, h: int) -> None:
-    """Play the item most likely to be liked; ties: lowest group, untouched, oldest."""
-    path = imagined.path
-    row = _best_untouched(imagined, h)
-    chance = -1.0 if row < 0 else imagined.schedule.like[h, row]
-    best = -1
-    for k in range(path.touched[h]):
-        g = path.group[k]
-        m = imagined.groups.model[g]
-        value = like_chance(imagined.models.like, m, path.belief, h * len(path.end) + k)
-        if value > chance or (value == chance and g < row):
-            best, row, chance = k, g, value
-    if best < 0:
-        touch(imagined, h, row, -1)
-    else:
-        path.played[h] = best
-        path.chance[h] = chance
+class Imagined(NamedTuple):
+    """What bases play by, in one situation.
+
+    Attributes:
+        scores: of B bases, then the worth of an item at a leaf.
+        price: of rest, 0.0 where none is needed.
+    """
+
+    scores: Index
+    price: float
 
 
-@inner
-def _best_untouched(imagined: Imagined, h: int) -> int:
-    """Return the best group at depth h that has an untouched item left, or -1."""
-    path = imagined.path
-    for rank in range(imagined.schedule.order.shape[1]):
-        g = imagined.schedule.order[h, rank]
-        left = imagined.groups.size[g]
-        for k in range(path.touched[h]):
-            left -= path.group[k] == g
-        if left > 0:
-            return int(g)
-    return -1
+@dataclass(frozen=True, slots=True, eq=False)
+class Bases:
+    """B base policies, ready for their models.
+
+    Attributes:
+        scores: of them, then the worth of an item at a leaf: played for ever, or its
+            part of the Lagrangian bound.
+        by_rest: whether one of them goes by rest.
+        relaxation: of the models.
+        priced: the rows of `scores` that depend on the price, and whether they are
+            advantages.
+    """
+
+    scores: Index
+    by_rest: bool
+    relaxation: Relaxation
+    priced: Sequence[tuple[int, bool]]
+
+    @classmethod
+    def of(
+        cls,
+        names: Sequence[Base],
+        models: ModelSet,
+        tables: Tables,
+        discount: float,
+        *,
+        bounded: bool = False,
+    ) -> "Bases":
+        """Prepare bases by name, and a leaf: `bounded`, or else played for ever.
+
+        Where a model is not indexable, Whittle's index says nothing: then the
+        Lagrangian index takes its place.
+        """
+        relaxation = relaxed(models, tables)
+        if not tables.indexable:
+            usual = ("lagrangian" if name == "whittle" else name for name in names)
+            names = tuple(dict.fromkeys(usual))
+        ever = index.linear(subsidy.worth(models, discount))
+        known = {
+            "myopic": lambda: index.linear(models.like),
+            "best_fixed": lambda: ever,
+            "round_robin": lambda: index.by_rest(*models.like.shape),
+            "whittle": lambda: index.tabled(tables.whittle, models.like.shape[1]),
+            "lagrangian": lambda: priced_advantage(relaxation, 0.0),
+        }
+        scores = [known[name]() for name in names]
+        leaf = priced_value(relaxation, 0.0) if bounded else ever
+        priced = [(b, True) for b, name in enumerate(names) if name == "lagrangian"]
+        return cls(
+            index.together([*scores, leaf]),
+            "round_robin" in names,
+            relaxation,
+            [*priced, *([(len(names), False)] if bounded else [])],
+        )
+
+    def imagined(self, situation: Situation) -> Imagined:
+        """Price the items as they stand, if anything depends on it."""
+        if not self.priced:
+            return Imagined(self.scores, 0.0)
+        slate = situation.slate
+        model, belief, count = situation.model, situation.belief, situation.count
+        if len(slate.model) > 0:
+            model = np.concatenate((model, slate.model))
+            belief = np.concatenate((belief, slate.belief))
+            count = np.concatenate((count, np.ones(len(slate.model), np.int64)))
+        price = least(self.relaxation, model, belief, count, slate.plays).price
+        kept = self.scores
+        scores = Index(kept.worth.copy(), kept.place.copy(), kept.steps, kept.values)
+        for row, advantage in self.priced:
+            fill = price_advantages if advantage else price_values
+            fill(self.relaxation, price, scores, row)
+        return Imagined(scores, price)

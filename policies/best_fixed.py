@@ -7,9 +7,9 @@ pi (I - beta P1)^-1 rho: exact, and a baseline that Meshram and Kaza (2021) leav
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-import numpy as np
-
+from policies import subsidy
 from policies.arrays import Floats
+from policies.index import linear, values
 from policies.model_set import ModelSet
 from policies.parameters import Bounds, check
 from policies.policy import Scorer
@@ -40,12 +40,10 @@ class BestFixed:
 
     def prepare(self, models: ModelSet, _tables: Tables) -> Scorer:
         """Solve (I - beta P1) v = rho for the worth v of each state, once."""
-        moves = np.eye(models.play.shape[1]) - self.discount * models.play
-        worth = np.linalg.solve(moves, models.like[..., None])[..., 0]  # (M, S)
+        worth = linear(subsidy.worth(models, self.discount))
 
         def scores(situation: Situation, _seed: int) -> Floats:
-            total: Floats = (situation.belief * worth[situation.model]).sum(axis=1)
-            return total
+            return values(worth, 0, situation.model, situation.belief)
 
         return scores
 

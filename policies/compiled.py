@@ -48,3 +48,13 @@ def _compiled(function: Function, options: dict[str, bool]) -> Function:
 def _jit(function: Function, **options: bool) -> Function:
     jit: Callable[..., Function] = numba.njit  # type: ignore[assignment]  # a wrapper
     return jit(function, nogil=True, error_model="numpy", **options)
+
+
+@inner
+def variable(value: int) -> int:
+    """Return `value`, as a number that is not known when compiling.
+
+    A function that is called with a constant is compiled for that very constant, once
+    more than needed; and so is all that it calls.
+    """
+    return value + 0

@@ -1,68 +1,49 @@
-"""The random numbers of a rollout: who likes what, and what a random base plays."""
+"""The random numbers of a rollout: who gives which signal, what a random base plays."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from policies.arrays import Floats, Ints
+from policies.arrays import Floats
 from policies.compiled import compiled
 from policies.randomness import ANSWERS, ITEMS, uniform
 
-_DEPTHS = 64  # more than a trajectory has plays: candidates get positions of their own
-
-
-class Plan(NamedTuple):
-    """A rollout's parameters as compiled code takes them.
-
-    Attributes:
-        weights: (D,) worth of the reward of each play, the first action's included.
-        trajectories: L.
-        random: whether the base plays at random, else it is myopic.
-        click: whether a reward is the answer, else its chance.
-        common: whether first actions share their random numbers.
-    """
-
-    weights: Floats
-    trajectories: int
-    random: bool
-    click: bool
-    common: bool
+_LEVELS = 64  # more than a trajectory has plays: candidates get positions of their own
 
 
 class Draws(NamedTuple):
-    """Random numbers of D plays in each of L trajectories.
+    """Random numbers of T plays in each of L trajectories, all in [0, 1).
 
     Attributes:
-        answers: (D, L) in [0, 1), a play is liked if its chance lies above.
-        items: (D, L) ordinals of the items that a random base plays; (0, L) otherwise.
+        answers: (T, L) which signals are given.
+        items: (T, L) which items a random base plays; (0, L) otherwise.
     """
 
     answers: Floats
-    items: Ints
+    items: Floats
 
 
 @compiled
-def empty_draws(plan: Plan) -> Draws:
+def empty_draws(levels: int, trajectories: int, random: bool) -> Draws:
     """Make room for the random numbers of one first action."""
-    plays = len(plan.weights)
     return Draws(
-        np.empty((plays, plan.trajectories)),
-        np.empty((plays if plan.random else 0, plan.trajectories), dtype=np.int64),
+        np.empty((levels, trajectories)),
+        np.empty((levels if random else 0, trajectories)),
     )
 
 
 @compiled
-def draw(draws: Draws, seed: int, candidate: int, total: int) -> None:
-    """Fill `draws` for a first action, choosing uniformly among `total` items.
+def draw(draws: Draws, seed: int, candidate: int) -> None:
+    """Fill `draws` for a first action.
 
     First actions that pass the same `candidate` share all random numbers.
     """
-    plays, trajectories = draws.answers.shape
-    for h in range(plays):
-        position = candidate * _DEPTHS + h
+    levels, trajectories = draws.answers.shape
+    for h in range(levels):
+        position = candidate * _LEVELS + h
         for t in range(trajectories):
             draws.answers[h, t] = uniform(seed, ANSWERS, t, position)
     for h in range(len(draws.items)):
-        position = candidate * _DEPTHS + h
+        position = candidate * _LEVELS + h
         for t in range(trajectories):
-            draws.items[h, t] = int(uniform(seed, ITEMS, t, position) * total)
+            draws.items[h, t] = uniform(seed, ITEMS, t, position)

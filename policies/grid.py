@@ -10,28 +10,23 @@ the number of lattice points before them, to which every coordinate adds on its 
 """
 
 from math import comb
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from policies.arrays import Floats, Ints
 from policies.compiled import compiled, inner
 
-
-class Corners(NamedTuple):
-    """Room for the corners around one belief.
-
-    Attributes:
-        rank: (S,) ranks of the grid points around it.
-        weight: (S,) its coordinates among them, of sum one.
-        fraction: (S,) scratch.
-        order: (S,) scratch.
-    """
-
-    rank: Ints
-    weight: Floats
-    fraction: Floats
-    order: Ints
+CORNER = np.dtype(
+    [
+        ("rank", np.int64),  # of a grid point around the belief
+        ("weight", np.float64),  # its coordinate among them; all add up to one
+        ("fraction", np.float64),  # scratch
+        ("order", np.int64),  # scratch
+    ]
+)
+Corners: TypeAlias = NDArray[np.void]  # (S,) of CORNER
 
 
 def size(states: int, divisions: int) -> int:
@@ -57,12 +52,7 @@ def steps(states: int, divisions: int) -> Ints:
 @compiled
 def corners(states: int) -> Corners:
     """Make room for the corners around a belief of S states."""
-    return Corners(
-        np.zeros(states, dtype=np.int64),
-        np.zeros(states),
-        np.zeros(states),
-        np.zeros(states, dtype=np.int64),
-    )
+    return np.zeros(states, dtype=CORNER)
 
 
 def beliefs(states: int, divisions: int) -> Floats:
@@ -104,28 +94,28 @@ def locate(
         tail += belief[row, i]
         scaled = min(tail, 1.0) * divisions
         whole = int(scaled)
-        corners.fraction[i] = scaled - whole
-        corners.rank[i] = whole
+        corners[i].fraction = scaled - whole
+        corners[i].rank = whole
         rank += steps[last - i, whole]
         place = last - i  # the tails in order of their fractions, the largest first
-        while place > 0 and corners.fraction[corners.order[place - 1]] < scaled - whole:
-            corners.order[place] = corners.order[place - 1]
+        while place > 0 and corners[corners[place - 1].order].fraction < scaled - whole:
+            corners[place].order = corners[place - 1].order
             place -= 1
-        corners.order[place] = i
+        corners[place].order = i
     before = 1.0
     for place in range(last):
-        i = corners.order[place]
-        whole = corners.rank[i]
-        corners.weight[place] = before - corners.fraction[i]
-        before = corners.fraction[i]
-        corners.order[place] = (
+        i = corners[place].order
+        whole = corners[i].rank
+        corners[place].weight = before - corners[i].fraction
+        before = corners[i].fraction
+        corners[place].order = (
             steps[last - i, whole + 1] - steps[last - i, whole] if before > 0.0 else 0
         )
-    corners.weight[last] = before
-    corners.rank[0] = rank
+    corners[last].weight = before
+    corners[0].rank = rank
     for place in range(last):
-        rank += corners.order[place]
-        corners.rank[place + 1] = rank
+        rank += corners[place].order
+        corners[place + 1].rank = rank
 
 
 @compiled
@@ -146,5 +136,5 @@ def interpolated(values: Floats, start: int, states: int, corners: Corners) -> f
     """Return the value at a located belief, of a table that begins at `start`."""
     value = 0.0
     for place in range(states):
-        value += corners.weight[place] * values[start + corners.rank[place]]
+        value += corners[place].weight * values[start + corners[place].rank]
     return value

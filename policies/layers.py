@@ -7,7 +7,6 @@ import numpy as np
 
 from policies import grid
 from policies.arrays import Floats, Ints
-from policies.compiled import inner
 
 
 class Layers(NamedTuple):
@@ -44,20 +43,3 @@ def stacked(
         sizes,
         np.concatenate([value.ravel() for value in values] or [np.empty(0)]),
     )
-
-
-@inner
-def find(
-    layers: Layers, m: int, belief: Floats, row: int, corners: grid.Corners
-) -> None:
-    """Locate belief[row] in the grid of model m."""
-    grid.locate(
-        layers.steps, layers.states[m], layers.divisions[m], belief, row, corners
-    )
-
-
-@inner
-def value_at(layers: Layers, m: int, layer: int, corners: grid.Corners) -> float:
-    """Return the value of a layer of model m at a belief that `find` has located."""
-    start = layers.start[m] + layer * layers.size[m]
-    return float(grid.interpolated(layers.values, start, layers.states[m], corners))

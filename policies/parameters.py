@@ -7,7 +7,8 @@ A field reads `Annotated[int, Bounds(1, 50), "what it means"]` or
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Literal, get_args, get_origin, get_type_hints
+from types import UnionType
+from typing import Annotated, Literal, Union, get_args, get_origin, get_type_hints
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,7 @@ class Parameter:
         bounds: range of a number, None if it has none.
         choices: allowed strings, empty if the field is no choice.
         description: what the field means.
+        several: whether a tuple of different choices is allowed, too.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Parameter:
     bounds: Bounds | None
     choices: tuple[str, ...]
     description: str
+    several: bool = False
 
 
 def parameters(policy: type) -> Iterator[Parameter]:
@@ -70,7 +73,9 @@ def check(policy: object) -> None:
 
 
 def _parameter(name: str, base: object, *metadata: object) -> Parameter:
-    choices = get_args(base) if get_origin(base) is Literal else ()
+    several = get_origin(base) in {Union, UnionType}
+    single = get_args(base)[0] if several else base
+    choices = get_args(single) if get_origin(single) is Literal else ()
     bounds = [extra for extra in metadata if isinstance(extra, Bounds)]
     description = [extra for extra in metadata if isinstance(extra, str)]
     return Parameter(
@@ -79,10 +84,14 @@ def _parameter(name: str, base: object, *metadata: object) -> Parameter:
         bounds=bounds[0] if bounds else None,
         choices=choices,
         description=description[0] if description else "",
+        several=several,
     )
 
 
 def _fits(parameter: Parameter, value: object) -> bool:
+    if parameter.several and isinstance(value, tuple):
+        known = all(isinstance(v, str) and v in parameter.choices for v in value)
+        return known and 0 < len(set(value)) == len(value)
     if parameter.choices:
         return isinstance(value, str) and value in parameter.choices
     if parameter.kind is bool or isinstance(value, bool):
@@ -95,7 +104,8 @@ def _fits(parameter: Parameter, value: object) -> bool:
 
 def _wanted(parameter: Parameter) -> str:
     if parameter.choices:
-        return f"one of {', '.join(parameter.choices)}"
+        some = "one or several of" if parameter.several else "one of"
+        return f"{some} {', '.join(parameter.choices)}"
     if parameter.kind is bool:
         return "true or false"
     number = "a whole number" if parameter.kind is int else "a number"

@@ -26,13 +26,17 @@ class Policy(Protocol):
     Each parameter has a default and is declared as `policies.parameters` says.
 
     Attributes:
-        rest_matters: whether a score depends on `Situation.rested`; if not, groups
-            that differ in nothing else may be merged.
         is_index: whether a group's score depends on that group alone.
     """
 
-    rest_matters: ClassVar[bool]
     is_index: ClassVar[bool]
+
+    @property
+    def rest_matters(self) -> bool:
+        """Whether a score depends on `Situation.rested`.
+
+        If not, groups that differ in nothing else may be merged.
+        """
 
     @property
     def table_discount(self) -> float | None:

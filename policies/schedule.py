@@ -1,92 +1,82 @@
-"""What the items that a trajectory does not touch will be worth, known in advance.
+"""What the items that nobody plays will be worth, known in advance.
 
 An item that rests moves by P0 alone, so its belief h slots from now is pi P0^h whatever
-the answers on other items. A simulated play then costs the few items that were played
-in that trajectory, not the candidates (ALGORITHMS.md, section 4.7).
+the answers on other items. An imagined play then costs the few items that were played
+on the way to it, not the candidates.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from policies import grid
 from policies.arrays import Floats, Ints
 from policies.bayes import like_chance, move
 from policies.compiled import compiled, inner
-from policies.model_set import ModelSet
-
-
-class Groups(NamedTuple):
-    """The groups of a situation, see `Situation`.
-
-    Attributes:
-        model: (G,).
-        belief: (G, S).
-        size: (G,) number of items.
-    """
-
-    model: Ints
-    belief: Floats
-    size: Ints
+from policies.groups import Groups
+from policies.index import Index, value_of
+from policies.moves import Moves
 
 
 class Schedule(NamedTuple):
-    """Untouched items in D successive slots.
+    """G groups at rest in T successive slots, and how B bases rank them.
 
     Attributes:
-        belief: (D * G, S), slot by slot.
-        like: (D, G) chance of a like.
-        order: (D, min(D, G)) best groups of each slot, best first, ties by row. D
-            groups are enough: at most D - 1 can have been used up.
-        last: (G,) ordinal after a group's last item; items are numbered through.
+        belief: (T * G, S), slot by slot.
+        like: (T, G) expected reward.
+        score: (B * T, G), base by base.
+        order: (B * T, R) the R best groups, best first, ties by row.
     """
 
     belief: Floats
     like: Floats
+    score: Floats
     order: Ints
-    last: Ints
 
 
 @compiled
-def scheduled(models: ModelSet, groups: Groups, plays: int) -> Schedule:
-    """Let all groups rest for the slots of `plays` plays."""
-    total = len(groups.model)
+def scheduled(
+    moves: Moves, groups: Groups, index: Index, bases: int, slots: int, places: int
+) -> Schedule:
+    """Let all groups rest for some slots, and rank as many places as may be needed."""
+    total, states = len(groups.model), groups.belief.shape[1]
     schedule = Schedule(
-        np.empty((plays * total, groups.belief.shape[1])),
-        np.empty((plays, total)),
-        np.empty((plays, min(plays, total)), dtype=np.int64),
-        np.cumsum(groups.size),
+        np.empty((slots * total, states)),
+        np.empty((slots, total)),
+        np.empty((bases * slots, total)),
+        np.empty((bases * slots, min(places, total)), dtype=np.int64),
     )
+    corners = grid.corners(states)
     for g in range(total):
-        for i in range(groups.belief.shape[1]):
+        for i in range(states):
             schedule.belief[g, i] = groups.belief[g, i]
-    for h in range(plays):
-        _fill(models, groups, schedule, h)
-        _rank(schedule.like, h, schedule.order)
+    for slot in range(slots):
+        for g in range(total):
+            m, row = groups.model[g], slot * total + g
+            if slot > 0:
+                move(moves.rest, m, schedule.belief, row - total, schedule.belief, row)
+            schedule.like[slot, g] = like_chance(moves.like, m, schedule.belief, row)
+            rested = float(groups.rested[g] + slot)
+            for b in range(bases):
+                schedule.score[b * slots + slot, g] = value_of(
+                    index, b, m, schedule.belief, row, rested, corners
+                )
+        for b in range(bases):
+            _rank(schedule.score, b * slots + slot, schedule.order)
     return schedule
 
 
 @inner
-def _fill(models: ModelSet, groups: Groups, schedule: Schedule, h: int) -> None:
-    """Write beliefs and chances in slot h."""
-    total = len(groups.model)
-    for g in range(total):
-        m, row = groups.model[g], h * total + g
-        if h > 0:
-            move(models.rest, m, schedule.belief, row - total, schedule.belief, row)
-        schedule.like[h, g] = like_chance(models.like, m, schedule.belief, row)
-
-
-@inner
-def _rank(values: Floats, h: int, order: Ints) -> None:
-    """Write the columns of the highest values[h] to order[h]; ties by column."""
+def _rank(values: Floats, row: int, order: Ints) -> None:
+    """Write the columns of the highest values[row] to order[row]; ties by column."""
     ranked = 0
     for g in range(values.shape[1]):
         full = ranked == order.shape[1]
-        if full and values[h, g] <= values[h, order[h, ranked - 1]]:
+        if full and values[row, g] <= values[row, order[row, ranked - 1]]:
             continue
         place = ranked - 1 if full else ranked
         ranked = place + 1
-        while place > 0 and values[h, order[h, place - 1]] < values[h, g]:
-            order[h, place] = order[h, place - 1]
+        while place > 0 and values[row, order[row, place - 1]] < values[row, g]:
+            order[row, place] = order[row, place - 1]
             place -= 1
-        order[h, place] = g
+        order[row, place] = g

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from policies import grid
-from policies.arrays import Floats, Ints
+from policies.arrays import Floats, Ints, as_floats
 from policies.bayes import learn, like_chance, move
 from policies.compiled import compiled
 from policies.model_set import ModelSet
@@ -55,8 +55,14 @@ def arm(models: ModelSet, m: int, divisions: int, discount: float) -> Arm:
     room = grid.corners(states)
     moves = _moves(models, m, wide, steps, divisions, room)
     grid.find(steps, states, divisions, models.prior, m, room)
-    first = room.rank[room.weight > 0]
+    first = room["rank"][room["weight"] > 0]
     return Arm(*moves, _reached(moves, first), discount)
+
+
+def worth(models: ModelSet, discount: float) -> Floats:
+    """Return (M, S): discounted rewards of playing for ever, (I - beta P1)^-1 rho."""
+    kept = np.eye(models.play.shape[1]) - discount * models.play
+    return as_floats(np.linalg.solve(kept, models.like[..., None])[..., 0])
 
 
 def range_of(models: ModelSet, m: int, discount: float) -> tuple[float, float]:
@@ -70,8 +76,8 @@ def range_of(models: ModelSet, m: int, discount: float) -> tuple[float, float]:
     states = int(models.states[m])
     play, rest = models.play[m, :states, :states], models.rest[m, :states, :states]
     like = models.like[m, :states]
-    worth = np.linalg.solve(np.eye(states) - discount * play, like)
-    return float((like + discount * (play - rest) @ worth).min()), float(like.max())
+    ever = worth(models, discount)[m, :states]
+    return float((like + discount * (play - rest) @ ever).min()), float(like.max())
 
 
 @compiled
@@ -114,6 +120,22 @@ def solve(
 
 
 @compiled
+def advantages(arm: Arm, prices: Floats, value: Floats) -> Floats:
+    """Return (L, P): the advantage of playing at each of L subsidies with V (L, P)."""
+    found = np.empty_like(value)
+    for rung in range(len(prices)):
+        for point in range(value.shape[1]):
+            play, rest = 0.0, 0.0
+            for j in range(arm.played.shape[1]):
+                play += arm.chance[point, j] * value[rung, arm.played[point, j]]
+            for j in range(arm.rested.shape[1]):
+                rest += arm.share[point, j] * value[rung, arm.rested[point, j]]
+            ahead = arm.discount * (play - rest)
+            found[rung, point] = arm.reward[point] + ahead - prices[rung]
+    return found
+
+
+@compiled
 def _moves(
     models: ModelSet,
     m: int,
@@ -135,13 +157,13 @@ def _moves(
             told = learn(models, m, belief, point, signal, after, 0)
             grid.locate(steps, states, divisions, after, 0, corners)
             for j in range(states):
-                played[point, signal * states + j] = corners.rank[j]
-                chance[point, signal * states + j] = told * corners.weight[j]
+                played[point, signal * states + j] = corners[j].rank
+                chance[point, signal * states + j] = told * corners[j].weight
         move(models.rest, m, belief, point, after, 0)
         grid.locate(steps, states, divisions, after, 0, corners)
         for j in range(states):
-            rested[point, j] = corners.rank[j]
-            share[point, j] = corners.weight[j]
+            rested[point, j] = corners[j].rank
+            share[point, j] = corners[j].weight
     return reward, played, chance, rested, share
 
 

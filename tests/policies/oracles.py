@@ -106,7 +106,9 @@ def naive_rollout(policy: Rollout, instance: Instance, seed: int) -> list[float]
     """Score every group by simulating trajectories one by one, item by item."""
     scores = []
     for group, first in enumerate(first_items(instance)):
-        candidate = 0 if policy.common_random_numbers else group
+        candidate = 0
+        if not policy.common_random_numbers:
+            candidate = group if policy.base == "random" else number(instance, group)
         own = items_of(instance)[first].chance
         futures = [
             naive_trajectory(policy, items_of(instance), first, (seed, t, candidate))
@@ -115,6 +117,15 @@ def naive_rollout(policy: Rollout, instance: Instance, seed: int) -> list[float]
         mean = sum(futures) / policy.trajectories
         scores.append(own + policy.discount * mean)
     return scores
+
+
+def number(instance: Instance, group: int) -> int:
+    """Return how many different groups lie before the first one like this one."""
+    kinds = [
+        (row, tuple(belief))
+        for row, belief in zip(instance.rows, instance.beliefs, strict=True)
+    ]
+    return list(dict.fromkeys(kinds)).index(kinds[group])
 
 
 def naive_trajectory(

@@ -4,13 +4,14 @@ import pytest
 
 from policies import Bounds, Parameter, Policy, create, parameters
 from policies.best_fixed import BestFixed
+from policies.exact_rollout import ExactRollout
 from policies.rollout import Rollout
 
 
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("base", "whittle"),
+        ("base", "gittins"),
         ("base", 1),
         ("horizon", 0),
         ("horizon", 51),
@@ -72,8 +73,12 @@ def test_policies_declare_their_parameters() -> None:
         ("reward", str),
         ("common_random_numbers", bool),
         ("reading", str),
+        ("allocation", str),
     ]
-    assert next(parameters(Rollout)).choices == ("random", "myopic")
+    base = next(parameters(ExactRollout))
+    names = ("myopic", "whittle", "lagrangian", "best_fixed", "round_robin")
+    assert (base.choices, base.several) == (names, True)
+    assert next(parameters(Rollout)).choices == (*names, "random")
 
 
 def test_parameters_have_descriptions(policy: type[Policy]) -> None:

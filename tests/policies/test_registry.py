@@ -62,14 +62,17 @@ def test_the_names_are_those_of_the_paper_and_baselines() -> None:
         "myopic",
         "best_fixed",
         "rollout",
+        "exact_rollout",
+        "whittle",
+        "lagrangian",
     ]
 
 
 def test_an_unknown_policy_is_named() -> None:
     with pytest.raises(
-        ValueError, match=r"^policy: must be one of random, .*'whittle'"
+        ValueError, match=r"^policy: must be one of random, .*'gittins'"
     ):
-        create("whittle", {})
+        create("gittins", {})
 
 
 @pytest.mark.parametrize("name", POLICIES)

@@ -1,0 +1,205 @@
+"""Exact rollout: every future of a base policy, not a sample of them.
+
+Meshram and Kaza (2021), arXiv:2102.04321, section IV, sample L trajectories of a base
+policy after each first play. With a base that breaks ties by rule, a play has one
+future for each sequence of answers: H plays of likes and skips have 2^H, fewer than the
+trajectories that a comparison needs, and no noise. Rollout improves on its base
+(Bertsekas and Castanon 1999); over several bases it is parallel rollout (Chang, Givan
+and Chong 2004), which improves on each of them.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated, ClassVar, Literal, NamedTuple
+
+import numpy as np
+
+from policies import subsidy
+from policies.arrays import Floats
+from policies.base import LOOKED_UP, Base, Bases, Imagined
+from policies.compiled import compiled
+from policies.groups import Groups, distinct, groups_of
+from policies.lookahead import Ceiling, first_plays
+from policies.model_set import ModelSet
+from policies.moves import Moves, moves
+from policies.parameters import Bounds, check
+from policies.policy import Scorer
+from policies.situation import Situation
+from policies.tables import Tables
+from policies.tree import (
+    ITEM_LEAF,
+    NO_LEAF,
+    SUM_LEAF,
+    Now,
+    now_of,
+    planted,
+    sum_at_rest,
+)
+
+LEAVES = {"none": NO_LEAF, "base": ITEM_LEAF, "lagrangian": SUM_LEAF}
+MOST_FUTURES = 4096  # of one play, however many signals there are
+
+
+class Plan(NamedTuple):
+    """An exact rollout, ready for its models, as compiled code takes it.
+
+    Attributes:
+        by_rest: whether rest tells groups apart.
+        leaf: see `Tree`.
+        depth: D.
+        levels: plays on a path, the candidate's included.
+        discount: beta.
+        prune: whether to leave out what cannot win.
+        ceiling: how to know.
+    """
+
+    by_rest: bool
+    leaf: int
+    depth: int
+    levels: int
+    discount: float
+    prune: bool
+    ceiling: Ceiling
+
+
+@dataclass(frozen=True, slots=True)
+class ExactRollout:
+    """Scores an item by the discounted rewards of playing it, then following a base.
+
+    The first plays may be chosen by full look-ahead instead of the base. A group that
+    cannot win is scored by what it is worth at most. With M plays a slot, the items of
+    the slot are chosen one by one, and `horizon` still counts plays, not slots.
+
+    Attributes:
+        base: policies followed after the first plays; of several, the best one for
+            what has been answered by then.
+        horizon: H.
+        depth: D.
+        leaf: what is earned after the horizon: nothing; the worth of playing for ever
+            what the base would play next; or the Lagrangian bound.
+        discount: beta.
+    """
+
+    is_index: ClassVar[bool] = False
+
+    base: Annotated[
+        Base | tuple[Base, ...],
+        "policy followed after the first plays; of several, the best at that point",
+    ] = "myopic"
+    horizon: Annotated[
+        int,
+        Bounds(1, 12),
+        "plays of the base policy; fewer if there would be more than 4096 futures",
+    ] = 5
+    depth: Annotated[
+        int, Bounds(1, 3), "first plays that are chosen by trying all of them"
+    ] = 1
+    leaf: Annotated[
+        Literal["none", "base", "lagrangian"],
+        "earned after the horizon: nothing, the base's next item for ever, or a bound",
+    ] = "none"
+    discount: Annotated[
+        float,
+        Bounds(0, 1, below=True),
+        "worth of a like in the next slot against one now",
+    ] = 0.95
+
+    def __post_init__(self) -> None:
+        if isinstance(self.base, list):  # as JSON has it
+            object.__setattr__(self, "base", tuple(self.base))
+        check(self)
+
+    @property
+    def bases(self) -> tuple[Base, ...]:
+        """The base policies."""
+        return self.base if isinstance(self.base, tuple) else (self.base,)
+
+    @property
+    def rest_matters(self) -> bool:
+        """Whether a base goes by rest."""
+        return "round_robin" in self.bases
+
+    @property
+    def table_discount(self) -> float | None:
+        """The discount, if a base or the leaf is looked up in tables."""
+        needed = LOOKED_UP & {*self.bases, self.leaf}
+        return self.discount if needed else None
+
+    def prepare(self, models: ModelSet, tables: Tables, prune: bool = True) -> Scorer:
+        """Stack the bases, and work out what no play can exceed.
+
+        Args:
+            models: M models.
+            tables: of them, if needed.
+            prune: whether to leave out candidates that cannot win.
+        """
+        bounded = self.leaf == "lagrangian"
+        bases = Bases.of(self.bases, models, tables, self.discount, bounded=bounded)
+        signals = int(models.signals.max(initial=2))
+        most = int(np.log(MOST_FUTURES) / np.log(max(signals, 2)))
+        ever = subsidy.worth(models, self.discount).max(axis=1, initial=0.0)
+        plan = Plan(
+            bases.by_rest,
+            LEAVES[self.leaf],
+            self.depth,
+            self.depth + min(self.horizon, most),
+            self.discount,
+            prune,
+            Ceiling(_next_reward(models), ever),
+        )
+        return partial(_scored, bases, plan, moves(models))
+
+    def cost(self, situation: Situation) -> float:
+        """Estimate the microseconds of one call."""
+        groups = len(situation.model)
+        tree = len(self.bases) * 0.1 * 2.0 ** (self.horizon + 1)
+        tried = min(groups, 20) * (2.0 * groups) ** (self.depth - 1)
+        return 10.0 + 0.4 * groups + tried * tree
+
+
+def _next_reward(models: ModelSet) -> Floats:
+    """Return (M,): the reward that no item can exceed in the next slot."""
+    after = np.maximum(
+        models.play @ models.like[..., None], models.rest @ models.like[..., None]
+    )
+    most: Floats = after[..., 0].max(axis=1, initial=0.0)
+    return most
+
+
+def _scored(
+    bases: Bases, plan: Plan, steps: Moves, situation: Situation, _seed: int
+) -> Floats:
+    imagined = bases.imagined(situation)
+    return _scores(plan, imagined, steps, groups_of(situation), now_of(situation))
+
+
+@compiled
+def _scores(
+    plan: Plan, imagined: Imagined, steps: Moves, groups: Groups, now: Now
+) -> Floats:
+    scores = np.empty(len(groups.model))
+    if len(scores) == 0:
+        return scores
+    alike, row = distinct(groups, plan.by_rest)
+    chosen = len(now.model)
+    items = alike.size.sum() + chosen
+    plays = min(now.plays, items)
+    levels = plan.levels
+    if plan.leaf == SUM_LEAF:  # all items have to stand in one slot
+        levels += -(chosen + levels) % plays
+    tree = planted(
+        steps,
+        alike,
+        imagined.scores,
+        plan.leaf,
+        Now(plays, now.model, now.belief),
+        levels,
+        plan.discount,
+    )
+    if plan.leaf == SUM_LEAF:
+        paid = imagined.price * (items - plays) / (1 - plan.discount)
+        tree.constant[0] = sum_at_rest(tree) - paid
+    found = first_plays(tree, plan.depth, plan.ceiling, plan.prune)
+    for g in range(len(row)):
+        scores[g] = found[row[g]]
+    return scores
