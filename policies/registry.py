@@ -10,6 +10,7 @@ from policies.policy import Policy
 from policies.rollout import Rollout
 from policies.round_robin import RoundRobin
 from policies.uniform import Uniform
+from policies.whittle_mc import WhittleMC
 
 POLICIES: Mapping[str, type[Policy]] = MappingProxyType(
     {
@@ -18,6 +19,7 @@ POLICIES: Mapping[str, type[Policy]] = MappingProxyType(
         "myopic": Myopic,
         "best_fixed": BestFixed,
         "rollout": Rollout,
+        "whittle_mc": WhittleMC,
     }
 )
 

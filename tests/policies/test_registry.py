@@ -62,6 +62,7 @@ def test_the_names_are_those_of_the_paper_and_baselines() -> None:
         "myopic",
         "best_fixed",
         "rollout",
+        "whittle_mc",
     ]
 
 
