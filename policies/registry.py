@@ -4,8 +4,9 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from policies.best_fixed import BestFixed
+from policies.epsilon import Epsilon
 from policies.myopic import Myopic
-from policies.parameters import parameters
+from policies.parameters import follows_another, parameters
 from policies.policy import Policy
 from policies.rollout import Rollout
 from policies.round_robin import RoundRobin
@@ -20,6 +21,7 @@ POLICIES: Mapping[str, type[Policy]] = MappingProxyType(
         "best_fixed": BestFixed,
         "rollout": Rollout,
         "whittle_mc": WhittleMC,
+        "epsilon": Epsilon,
     }
 )
 
@@ -31,15 +33,51 @@ def create(
 ) -> Policy:
     """Make a policy from its name and parameters; those left out have defaults.
 
+    A policy that another one follows is given as {"name": ..., "params": {...}}, too.
+
     Raises:
         ValueError: the name is unknown, or a parameter is unknown or out of range;
-            names the field.
+            names the field, such as "horizon" or "policy.params.horizon".
     """
     if name not in policies:
-        raise ValueError(f"policy: must be one of {', '.join(policies)}, not {name!r}")
-    known = {parameter.name for parameter in parameters(policies[name])}
-    for field in params:
+        raise ValueError(f"name: must be one of {', '.join(policies)}, not {name!r}")
+    known = {parameter.name: parameter for parameter in parameters(policies[name])}
+    values = dict(params)
+    for field, value in params.items():
         if field not in known:
             raise ValueError(f"{field}: {name} has no such parameter")
+        if known[field].is_policy and isinstance(value, Mapping):
+            values[field] = _followed(field, value, policies)
     build: Callable[..., Policy] = policies[name]
-    return build(**params)
+    return build(**values)
+
+
+def params_of(
+    policy: Policy, policies: Mapping[str, type[Policy]] = POLICIES
+) -> dict[str, object]:
+    """Return all parameters of a policy, as `create` takes them."""
+    names = {kind: name for name, kind in policies.items()}
+    params: dict[str, object] = {}
+    for parameter in parameters(type(policy)):
+        value = getattr(policy, parameter.name)
+        if parameter.is_policy:
+            value = {"name": names[type(value)], "params": params_of(value, policies)}
+        params[parameter.name] = value
+    return params
+
+
+def _followed(
+    field: str, description: Mapping[str, object], policies: Mapping[str, type[Policy]]
+) -> Policy:
+    """Make a policy that another one follows."""
+    plain = {name: kind for name, kind in policies.items() if not follows_another(kind)}
+    name, params = description.get("name"), description.get("params", {})
+    if description.keys() - {"name", "params"} or not isinstance(params, Mapping):
+        raise ValueError(f"{field}: must be a name and params, not {description!r}")
+    if not isinstance(name, str) or name not in plain:
+        known = ", ".join(plain)
+        raise ValueError(f"{field}.name: must be one of {known}, not {name!r}")
+    try:
+        return create(name, params, plain)
+    except ValueError as error:
+        raise ValueError(f"{field}.params.{error}") from error

@@ -4,6 +4,7 @@ import pytest
 
 from policies import Bounds, Parameter, Policy, create, parameters
 from policies.best_fixed import BestFixed
+from policies.epsilon import Epsilon
 from policies.rollout import Rollout
 
 
@@ -74,6 +75,14 @@ def test_policies_declare_their_parameters() -> None:
         ("reading", str),
     ]
     assert next(parameters(Rollout)).choices == ("random", "myopic")
+
+
+def test_a_parameter_may_be_a_policy() -> None:
+    epsilon, policy = parameters(Epsilon)
+
+    assert not epsilon.is_policy
+    assert policy.is_policy
+    assert policy == Parameter("policy", Policy, None, (), "policy followed otherwise")
 
 
 def test_parameters_have_descriptions(policy: type[Policy]) -> None:

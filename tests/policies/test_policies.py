@@ -174,7 +174,7 @@ def test_only_round_robin_heeds_rest(policy: type[Policy]) -> None:
 
     same = np.array_equal(flat(scorer(case, 0)), flat(scorer(recent, 0)))
 
-    assert same is not policy.rest_matters
+    assert same is not policy().rest_matters
 
 
 def test_round_robin_plays_what_was_never_played_then_the_least_recent() -> None:

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Mapping
 from datetime import datetime
-from typing import Annotated, Any
+from operator import attrgetter
+from typing import Annotated, Any, TypeVar
 
 from fastapi.openapi.models import Example
 from pydantic import (
@@ -32,11 +33,16 @@ class Params(Form):
     model_config = ConfigDict(strict=True, allow_inf_nan=False)
 
 
-class PolicyForm(Form):
-    """A policy to put in force; parameters left out take their defaults."""
+class FollowedForm(Form):
+    """A policy that another one follows; parameters left out take their defaults."""
 
     name: str
     params: Params = Params()
+
+
+class PolicyForm(FollowedForm):
+    """A policy to put in force; parameters left out take their defaults."""
+
     note: Note = ""
 
 
@@ -75,29 +81,22 @@ class Named(BaseModel):
     name: str
 
 
-def form_of(choice: Choice) -> type[PolicyForm]:
-    """The form of one policy."""
-    title = choice.name.title().replace("_", "")
-    fields: dict[str, Any] = {o.name: _field(o) for o in choice.options}
-    params = create_model(
-        f"{title}Params",
-        __base__=Params,
-        __doc__=f"Parameters of `{choice.name}`.",
-        **fields,
-    )
-    return create_model(
-        f"{title}Policy",
-        __base__=PolicyForm,
-        __doc__=choice.summary,
-        name=Annotated[str, _one_of(choice.name)],
-        params=(params, params()),
-    )
+def forms_of(choices: Iterable[Choice]) -> Mapping[str, type[PolicyForm]]:
+    """The form of each policy, those that follow another last."""
+    forms: dict[str, type[PolicyForm]] = {}
+    followed: dict[str, type[FollowedForm]] = {}
+    for choice in sorted(choices, key=attrgetter("follows_another")):
+        params = _params_of(choice, followed)
+        forms[choice.name] = _form(choice, params, PolicyForm)
+        if not choice.follows_another:
+            followed[choice.name] = _form(choice, params, FollowedForm)
+    return forms
 
 
-def chosen_by_name(forms: Mapping[str, type[PolicyForm]]) -> GetPydanticSchema:
+def chosen_by_name(forms: Mapping[str, type[FollowedForm]]) -> GetPydanticSchema:
     """The form that `name` asks for; faults are placed as if it were the only one."""
 
-    def validate(value: object) -> PolicyForm:
+    def validate(value: object) -> FollowedForm:
         name = Named.model_validate(value).name
         if name in forms:
             return forms[name].model_validate(value)
@@ -113,8 +112,43 @@ def chosen_by_name(forms: Mapping[str, type[PolicyForm]]) -> GetPydanticSchema:
     return GetPydanticSchema(schema)
 
 
-def _field(option: Option) -> object:
+AnyForm = TypeVar("AnyForm", bound=FollowedForm)
+
+
+def _form(choice: Choice, params: type[Params], base: type[AnyForm]) -> type[AnyForm]:
+    return create_model(
+        _title(choice) + base.__name__.removesuffix("Form"),
+        __base__=base,
+        __doc__=choice.summary,
+        name=Annotated[str, _one_of(choice.name)],
+        params=(params, params()),
+    )
+
+
+def _params_of(
+    choice: Choice, followed: Mapping[str, type[FollowedForm]]
+) -> type[Params]:
+    fields: dict[str, Any] = {o.name: _field(o, followed) for o in choice.options}
+    return create_model(
+        f"{_title(choice)}Params",
+        __base__=Params,
+        __doc__=f"Parameters of `{choice.name}`.",
+        **fields,
+    )
+
+
+def _title(choice: Choice) -> str:
+    return choice.name.title().replace("_", "")
+
+
+def _field(option: Option, followed: Mapping[str, type[FollowedForm]]) -> object:
     parameter = option.parameter
+    if parameter.is_policy:
+        return Annotated[
+            FollowedForm,
+            chosen_by_name(followed),
+            Field(default=option.default, description=parameter.description),
+        ]
     if parameter.choices:
         return Annotated[
             str,
@@ -142,7 +176,7 @@ def _unknown(name: str, forms: Iterable[str]) -> InitErrorDetails:
     return {"type": error, "loc": ("name",), "input": name}
 
 
-FORMS = {choice.name: form_of(choice) for choice in choices()}
+FORMS = forms_of(choices())
 EXAMPLES: dict[str, Example] = {
     name: {"summary": name, "value": form(name=name, note="why").model_dump()}
     for name, form in FORMS.items()
