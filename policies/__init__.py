@@ -22,7 +22,7 @@ from policies.model_set import ModelSet
 from policies.parameters import Bounds, Parameter, parameters
 from policies.policy import Policy, Scorer
 from policies.ready import ready
-from policies.registry import POLICIES, create
+from policies.registry import POLICIES, create, params_of, presets
 from policies.situation import ALONE, NEVER, Situation, Slate
 from policies.tables import NO_TABLES, Tables, build_all
 from policies.warm_up import warm_up
@@ -64,6 +64,8 @@ __all__ = [
     "expected_like",
     "forecast",
     "parameters",
+    "params_of",
+    "presets",
     "ready",
     "replayed",
     "rested",

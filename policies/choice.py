@@ -1,5 +1,6 @@
 """From scores to the item that is played."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,20 @@ class Mixture(NamedTuple):
 
     weight: Floats
     scores: Floats
+
+
+def mixed(weight: Sequence[float], parts: Sequence[Floats | Mixture]) -> Mixture:
+    """Return the scores of a policy that acts by one of several, drawn by weight.
+
+    Args:
+        weight: chance of each part, of sum one.
+        parts: scores of the same G groups, or mixtures of them.
+    """
+    rows = [p if isinstance(p, Mixture) else Mixture(ALONE, p[None]) for p in parts]
+    return Mixture(
+        np.concatenate([w * row.weight for w, row in zip(weight, rows, strict=True)]),
+        np.concatenate([row.scores for row in rows]),
+    )
 
 
 class Choice(NamedTuple):

@@ -1,7 +1,8 @@
 """What values a policy's parameters may take, declared on its fields.
 
-A field reads `Annotated[int, Bounds(1, 50), "what it means"]` or
-`Annotated[Literal["a", "b"], "what it means"]`; a schema can be derived from that.
+A field reads `Annotated[int, Bounds(1, 50), "what it means"]`,
+`Annotated[Literal["a", "b"], "what it means"]` or, for a policy that another one
+follows, `Annotated[Policy, "what it means"]`; a schema can be derived from that.
 """
 
 import math
@@ -35,7 +36,7 @@ class Parameter:
 
     Attributes:
         name: the field's name.
-        kind: `int`, `float`, `bool` or `str` (a choice).
+        kind: `int`, `float`, `bool`, `str` (a choice), or what another policy is.
         bounds: range of a number, None if it has none.
         choices: allowed strings, empty if the field is no choice.
         description: what the field means.
@@ -49,6 +50,11 @@ class Parameter:
     description: str
     several: bool = False
 
+    @property
+    def is_policy(self) -> bool:
+        """Whether the value is another policy, with parameters of its own."""
+        return self.kind not in {int, float, bool, str}
+
 
 def parameters(policy: type) -> Iterator[Parameter]:
     """Yield the parameters that the class `policy` declares, in order."""
@@ -56,6 +62,11 @@ def parameters(policy: type) -> Iterator[Parameter]:
     for name, hint in hints.items():
         if get_origin(hint) is Annotated:
             yield _parameter(name, *get_args(hint))
+
+
+def follows_another(policy: type) -> bool:
+    """Say whether a parameter of the class `policy` is another policy."""
+    return any(parameter.is_policy for parameter in parameters(policy))
 
 
 def check(policy: object) -> None:
@@ -92,6 +103,9 @@ def _fits(parameter: Parameter, value: object) -> bool:
     if parameter.several and isinstance(value, tuple):
         known = all(isinstance(v, str) and v in parameter.choices for v in value)
         return known and 0 < len(set(value)) == len(value)
+    if parameter.is_policy:
+        made = isinstance(value, parameter.kind) and not isinstance(value, type)
+        return made and not follows_another(type(value))
     if parameter.choices:
         return isinstance(value, str) and value in parameter.choices
     if parameter.kind is bool or isinstance(value, bool):
@@ -103,6 +117,8 @@ def _fits(parameter: Parameter, value: object) -> bool:
 
 
 def _wanted(parameter: Parameter) -> str:
+    if parameter.is_policy:
+        return "a policy that follows no other"
     if parameter.choices:
         some = "one or several of" if parameter.several else "one of"
         return f"{some} {', '.join(parameter.choices)}"

@@ -1,6 +1,6 @@
 """What a policy is."""
 
-from typing import ClassVar, Protocol
+from typing import Protocol, runtime_checkable
 
 from policies.arrays import Floats
 from policies.choice import Mixture
@@ -20,16 +20,16 @@ class Scorer(Protocol):
         """
 
 
+@runtime_checkable
 class Policy(Protocol):
     """A frozen dataclass of parameters, checked when it is made.
 
     Each parameter has a default and is declared as `policies.parameters` says.
-
-    Attributes:
-        is_index: whether a group's score depends on that group alone.
     """
 
-    is_index: ClassVar[bool]
+    @property
+    def is_index(self) -> bool:
+        """Whether a group's score depends on that group alone."""
 
     @property
     def rest_matters(self) -> bool:

@@ -17,6 +17,7 @@ TIES = 0
 ANSWERS = 1
 ITEMS = 2
 MIXTURE = 3
+SUBSIDIES = 4
 
 Words: TypeAlias = tuple[np.uint64, np.uint64, np.uint64, np.uint64]
 

@@ -4,15 +4,17 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from policies.best_fixed import BestFixed
+from policies.epsilon import Epsilon
 from policies.exact_rollout import ExactRollout
 from policies.lagrangian import Lagrangian
 from policies.myopic import Myopic
-from policies.parameters import parameters
+from policies.parameters import follows_another, parameters
 from policies.policy import Policy
 from policies.rollout import Rollout
 from policies.round_robin import RoundRobin
 from policies.uniform import Uniform
 from policies.whittle import Whittle
+from policies.whittle_mc import WhittleMC
 
 POLICIES: Mapping[str, type[Policy]] = MappingProxyType(
     {
@@ -24,6 +26,8 @@ POLICIES: Mapping[str, type[Policy]] = MappingProxyType(
         "exact_rollout": ExactRollout,
         "whittle": Whittle,
         "lagrangian": Lagrangian,
+        "whittle_mc": WhittleMC,
+        "epsilon": Epsilon,
     }
 )
 
@@ -46,20 +50,38 @@ def create(
 
     The parameter "preset" stands for several, which others may still overrule.
 
+    A policy that another one follows is given as {"name": ..., "params": {...}}, too.
+
     Raises:
         ValueError: the name is unknown, or a parameter is unknown or out of range;
-            names the field.
+            names the field, such as "horizon" or "policy.params.horizon".
     """
     if name not in policies:
-        raise ValueError(f"policy: must be one of {', '.join(policies)}, not {name!r}")
-    params = {**_preset(policies[name], params), **params}
-    params.pop(PRESET, None)
-    known = {parameter.name for parameter in parameters(policies[name])}
-    for field in params:
+        raise ValueError(f"name: must be one of {', '.join(policies)}, not {name!r}")
+    values = {**_preset(policies[name], params), **params}
+    values.pop(PRESET, None)
+    known = {parameter.name: parameter for parameter in parameters(policies[name])}
+    for field, value in values.items():
         if field not in known:
             raise ValueError(f"{field}: {name} has no such parameter")
+        if known[field].is_policy and isinstance(value, Mapping):
+            values[field] = _followed(field, value, policies)
     build: Callable[..., Policy] = policies[name]
-    return build(**params)
+    return build(**values)
+
+
+def params_of(
+    policy: Policy, policies: Mapping[str, type[Policy]] = POLICIES
+) -> dict[str, object]:
+    """Return all parameters of a policy, as `create` takes them."""
+    names = {kind: name for name, kind in policies.items()}
+    params: dict[str, object] = {}
+    for parameter in parameters(type(policy)):
+        value = getattr(policy, parameter.name)
+        if parameter.is_policy:
+            value = {"name": names[type(value)], "params": params_of(value, policies)}
+        params[parameter.name] = value
+    return params
 
 
 def _preset(policy: type[Policy], params: Mapping[str, object]) -> Mapping[str, object]:
@@ -71,3 +93,20 @@ def _preset(policy: type[Policy], params: Mapping[str, object]) -> Mapping[str, 
         allowed = f"one of {', '.join(known)}" if known else "left out"
         raise ValueError(f"{PRESET}: must be {allowed}, not {name!r}")
     return known[name]
+
+
+def _followed(
+    field: str, description: Mapping[str, object], policies: Mapping[str, type[Policy]]
+) -> Policy:
+    """Make a policy that another one follows."""
+    plain = {name: kind for name, kind in policies.items() if not follows_another(kind)}
+    name, params = description.get("name"), description.get("params", {})
+    if description.keys() - {"name", "params"} or not isinstance(params, Mapping):
+        raise ValueError(f"{field}: must be a name and params, not {description!r}")
+    if not isinstance(name, str) or name not in plain:
+        known = ", ".join(plain)
+        raise ValueError(f"{field}.name: must be one of {known}, not {name!r}")
+    try:
+        return create(name, params, plain)
+    except ValueError as error:
+        raise ValueError(f"{field}.params.{error}") from error

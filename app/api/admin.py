@@ -43,7 +43,7 @@ async def swap_policy(
         partial(
             policy.swap,
             name=form.name,
-            params=form.params.model_dump(),
+            params=form.params.model_dump(exclude_unset=True),
             note=form.note,
             by=caller.key.id,
         )

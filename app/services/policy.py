@@ -11,7 +11,7 @@ from app.services.policy_catalogue import complete
 from app.storage import audit, policies, revision
 from app.storage.store import Store
 
-DEFAULT = "rollout"
+DEFAULT = "exact_rollout"
 
 
 def current(store: Store) -> PolicyVersion:

@@ -4,7 +4,16 @@ import inspect
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from policies import POLICIES, Bounds, Parameter, Policy, create, parameters
+from policies import (
+    POLICIES,
+    Bounds,
+    Parameter,
+    Policy,
+    create,
+    parameters,
+    params_of,
+    presets,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,23 +34,29 @@ class Option:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One policy that may be put in force."""
+    """One policy that may be put in force. A preset stands for several options."""
 
     name: str
     summary: str
     options: Sequence[Option]
+    presets: Sequence[str]
+
+    @property
+    def follows_another(self) -> bool:
+        """Whether an option is another policy, which is none that does so itself."""
+        return any(option.parameter.is_policy for option in self.options)
 
 
 def choices(policies: Mapping[str, type[Policy]] = POLICIES) -> Iterator[Choice]:
     """Every policy, in the order of the registry."""
     for name, policy in policies.items():
-        defaults = create(name, {}, policies)
+        defaults = params_of(create(name, {}, policies), policies)
         options = [
-            Option(parameter, getattr(defaults, parameter.name))
+            Option(parameter, defaults[parameter.name])
             for parameter in parameters(policy)
         ]
         summary = (inspect.getdoc(policy) or "").partition("\n\n")[0]
-        yield Choice(name, summary.replace("\n", " "), options)
+        yield Choice(name, summary.replace("\n", " "), options, list(presets(policy)))
 
 
 def complete(name: str, params: Mapping[str, object]) -> Mapping[str, object]:
@@ -50,8 +65,4 @@ def complete(name: str, params: Mapping[str, object]) -> Mapping[str, object]:
     Raises:
         ValueError: names the field at fault.
     """
-    policy = create(name, params)
-    return {
-        parameter.name: getattr(policy, parameter.name)
-        for parameter in parameters(type(policy))
-    }
+    return params_of(create(name, params))

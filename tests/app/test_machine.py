@@ -20,7 +20,9 @@ from tests.catalogues import SIMPLE
 USERS = st.sampled_from(["ann", "bob", "cat"])
 SIGNALS = st.sampled_from(["like", "skip", "none"])
 ITEMS = st.integers(0, 5).map(lambda number: f"song-{number}")
-POLICIES = st.sampled_from(["random", "round_robin", "myopic", "best_fixed", "rollout"])
+POLICIES = st.sampled_from(
+    ["random", "round_robin", "myopic", "best_fixed", "rollout", "epsilon"]
+)
 NUMBERS = iter(range(10**9))
 
 

@@ -1,12 +1,13 @@
 """The policy in force: swapped live, kept in history, rolled back."""
 
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Annotated, Any, ClassVar, Literal
 
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from app.api.schemas.policy import PolicyForm, chosen_by_name, form_of
+from app.api.schemas.policy import PolicyForm, chosen_by_name, forms_of
 from app.services.policy_catalogue import choices
 from policies import NEVER, POLICIES, Bounds, Floats, ModelSet, Scorer, Situation
 from tests.app.service import Service
@@ -133,6 +134,27 @@ def test_what_is_wrong_is_refused_by_field_and_changes_nothing(
         "params.base": [rollout(base="greedy"), rollout(base=1)],
         "params.common_random_numbers": [rollout(common_random_numbers=1)],
         "params.steps": [rollout(steps=3)],
+        "params.epsilon": [epsilon(epsilon=1.1), epsilon(epsilon="0.1")],
+        "params.policy": [
+            epsilon(policy=None),
+            epsilon(policy="myopic"),
+            epsilon(policy=[]),
+        ],
+        "params.policy.name": [
+            epsilon(policy={}),
+            epsilon(policy={"name": "epsilon"}),
+            epsilon(policy={"name": "\x00"}),
+            epsilon(policy={"name": 1}),
+        ],
+        "params.policy.note": [epsilon(policy={"name": "myopic", "note": "x"})],
+        "params.policy.params": [epsilon(policy={"name": "myopic", "params": []})],
+        "params.policy.params.horizon": [
+            epsilon(policy=rollout(horizon=0)),
+            epsilon(policy=rollout(horizon=True)),
+        ],
+        "params.policy.params.trajectories": [
+            epsilon(policy=rollout(horizon=50, trajectories=10_000)),
+        ],
         "params": [{"name": "myopic", "params": []}, {"name": "myopic", "params": 1}],
         "note": [
             {"name": "myopic", "note": "\x00"},
@@ -155,6 +177,10 @@ def test_what_is_wrong_is_refused_by_field_and_changes_nothing(
 
 def rollout(**params: object) -> dict[str, Any]:
     return {"name": "rollout", "params": params}
+
+
+def epsilon(**params: object) -> dict[str, Any]:
+    return {"name": "epsilon", "params": params}
 
 
 def test_an_unknown_name_is_told_the_known_ones(service: Service) -> None:
@@ -181,6 +207,53 @@ def test_the_document_shows_every_policy_with_its_parameters(service: Service) -
     assert schemas["RolloutPolicy"]["properties"]["params"]["default"] == ROLLOUT
 
 
+def test_a_policy_that_another_follows_is_documented(service: Service) -> None:
+    document = service.client.get("/openapi.json").json()
+
+    schemas = document["components"]["schemas"]
+    followed = schemas["EpsilonParams"]["properties"]["policy"]
+    assert followed["default"] == {"name": "myopic", "params": {}}
+    known = followed["discriminator"]["mapping"]
+    assert set(known) < set(POLICIES)
+    assert "epsilon" not in known
+    form = schemas[known["rollout"].rpartition("/")[2]]
+    assert form["properties"]["params"]["default"] == ROLLOUT
+    assert "note" not in form["properties"]
+
+
+def test_exploring_tells_the_chance_of_every_play(example: Service) -> None:
+    """Of five items, one is the best for all new users: it is played 6 in 10 times."""
+    swapped = example.set_policy("epsilon", epsilon=0.5, policy={"name": "myopic"})
+
+    plays = [example.next(f"user-{number}") for number in range(60)]
+
+    assert swapped["params"] == {
+        "epsilon": 0.5,
+        "policy": {"name": "myopic", "params": {}},
+    }
+    listed = example.client.get("/v1/admin/policies").json()["policies"][0]
+    assert listed == swapped == example.client.get("/v1/admin/policy").json()
+    best = max(plays, key=itemgetter("like"))["item"]
+    chance = {play["item"]: play["propensity"] for play in plays}
+    assert chance[best] == pytest.approx(0.6)
+    assert set(chance) > {best}
+    assert all(value == 0.1 for item, value in chance.items() if item != best)
+    assert 20 <= sum(play["item"] == best for play in plays) <= 52
+    for play in plays[:10]:
+        address = f"/v1/plays/{play['play']}"
+        record = example.client.get(address, params={"explain": True}).json()
+        first, *others = record["explanation"]["candidates"]
+        assert first["item"] == play["item"]
+        assert all(first["score"] >= other["score"] for other in others)
+
+
+def test_parameters_of_the_policy_followed_are_completed(service: Service) -> None:
+    swapped = service.set_policy("epsilon", policy=rollout(horizon=3))
+
+    followed = {"name": "rollout", "params": ROLLOUT | {"horizon": 3}}
+    assert swapped["params"] == {"epsilon": 0.1, "policy": followed}
+
+
 @dataclass(frozen=True, slots=True)
 class Patient:
     """Waits before an item is played again."""
@@ -204,7 +277,7 @@ class Patient:
 
 def test_one_more_policy_is_accepted_and_documented_by_its_registration() -> None:
     registered = {**POLICIES, "patient": Patient}
-    forms = {choice.name: form_of(choice) for choice in choices(registered)}
+    forms = forms_of(choices(registered))
     adapter: TypeAdapter[PolicyForm] = TypeAdapter(
         Annotated[PolicyForm, chosen_by_name(forms)]
     )

@@ -21,6 +21,9 @@ POLICIES: list[tuple[str, dict[str, object]]] = [
     ("myopic", {}),
     ("best_fixed", {}),
     ("rollout", {"trajectories": 20}),
+    ("whittle_mc", {"trajectories": 20}),
+    ("epsilon", {"epsilon": 0.5}),
+    ("epsilon", {"policy": {"name": "random"}}),
     ("rollout", {"base": "random", "reward": "click", "common_random_numbers": False}),
 ]
 

@@ -4,6 +4,7 @@ import pytest
 
 from policies import Bounds, Parameter, Policy, create, parameters
 from policies.best_fixed import BestFixed
+from policies.epsilon import Epsilon
 from policies.exact_rollout import ExactRollout
 from policies.rollout import Rollout
 
@@ -79,6 +80,14 @@ def test_policies_declare_their_parameters() -> None:
     names = ("myopic", "whittle", "lagrangian", "best_fixed", "round_robin")
     assert (base.choices, base.several) == (names, True)
     assert next(parameters(Rollout)).choices == (*names, "random")
+
+
+def test_a_parameter_may_be_a_policy() -> None:
+    epsilon, policy = parameters(Epsilon)
+
+    assert not epsilon.is_policy
+    assert policy.is_policy
+    assert policy == Parameter("policy", Policy, None, (), "policy followed otherwise")
 
 
 def test_parameters_have_descriptions(policy: type[Policy]) -> None:

@@ -15,8 +15,10 @@ from policies import (
     Tables,
     choose,
     create,
+    params_of,
     ready,
 )
+from policies.epsilon import Epsilon
 from policies.parameters import check
 from tests.policies.instances import paper_situation
 
@@ -65,14 +67,32 @@ def test_the_names_are_those_of_the_paper_and_baselines() -> None:
         "exact_rollout",
         "whittle",
         "lagrangian",
+        "whittle_mc",
+        "epsilon",
     ]
 
 
 def test_an_unknown_policy_is_named() -> None:
-    with pytest.raises(
-        ValueError, match=r"^policy: must be one of random, .*'gittins'"
-    ):
+    with pytest.raises(ValueError, match=r"^name: must be one of random, .*'gittins'"):
         create("gittins", {})
+
+
+@pytest.mark.parametrize("name", POLICIES)
+def test_a_policy_is_made_again_from_its_parameters(name: str) -> None:
+    made = create(name, {})
+
+    assert create(name, params_of(made)) == made
+
+
+def test_parameters_are_plain_and_complete() -> None:
+    policies: dict[str, type[Policy]] = {**POLICIES, "favourite": Favourite}
+    made = Epsilon(0.2, Favourite(3))
+
+    params = params_of(made, policies)
+
+    followed = {"name": "favourite", "params": {"row": 3}}
+    assert params == {"epsilon": 0.2, "policy": followed}
+    assert create("epsilon", params, policies) == made
 
 
 @pytest.mark.parametrize("name", POLICIES)

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Mapping
 from datetime import datetime
-from typing import Annotated, Any
+from operator import attrgetter
+from typing import Annotated, Any, TypeVar
 
 from fastapi.openapi.models import Example
 from pydantic import (
@@ -18,6 +19,7 @@ from pydantic_core import (
     CoreSchema,
     InitErrorDetails,
     PydanticCustomError,
+    SchemaValidator,
     core_schema,
 )
 
@@ -32,11 +34,16 @@ class Params(Form):
     model_config = ConfigDict(strict=True, allow_inf_nan=False)
 
 
-class PolicyForm(Form):
-    """A policy to put in force; parameters left out take their defaults."""
+class FollowedForm(Form):
+    """A policy that another one follows; parameters left out take their defaults."""
 
     name: str
     params: Params = Params()
+
+
+class PolicyForm(FollowedForm):
+    """A policy to put in force; parameters left out take their defaults."""
+
     note: Note = ""
 
 
@@ -75,29 +82,22 @@ class Named(BaseModel):
     name: str
 
 
-def form_of(choice: Choice) -> type[PolicyForm]:
-    """The form of one policy."""
-    title = choice.name.title().replace("_", "")
-    fields: dict[str, Any] = {o.name: _field(o) for o in choice.options}
-    params = create_model(
-        f"{title}Params",
-        __base__=Params,
-        __doc__=f"Parameters of `{choice.name}`.",
-        **fields,
-    )
-    return create_model(
-        f"{title}Policy",
-        __base__=PolicyForm,
-        __doc__=choice.summary,
-        name=Annotated[str, _one_of(choice.name)],
-        params=(params, params()),
-    )
+def forms_of(choices: Iterable[Choice]) -> Mapping[str, type[PolicyForm]]:
+    """The form of each policy, those that follow another last."""
+    forms: dict[str, type[PolicyForm]] = {}
+    followed: dict[str, type[FollowedForm]] = {}
+    for choice in sorted(choices, key=attrgetter("follows_another")):
+        params = _params_of(choice, followed)
+        forms[choice.name] = _form(choice, params, PolicyForm)
+        if not choice.follows_another:
+            followed[choice.name] = _form(choice, params, FollowedForm)
+    return forms
 
 
-def chosen_by_name(forms: Mapping[str, type[PolicyForm]]) -> GetPydanticSchema:
+def chosen_by_name(forms: Mapping[str, type[FollowedForm]]) -> GetPydanticSchema:
     """The form that `name` asks for; faults are placed as if it were the only one."""
 
-    def validate(value: object) -> PolicyForm:
+    def validate(value: object) -> FollowedForm:
         name = Named.model_validate(value).name
         if name in forms:
             return forms[name].model_validate(value)
@@ -113,8 +113,59 @@ def chosen_by_name(forms: Mapping[str, type[PolicyForm]]) -> GetPydanticSchema:
     return GetPydanticSchema(schema)
 
 
-def _field(option: Option) -> object:
+AnyForm = TypeVar("AnyForm", bound=FollowedForm)
+
+
+def _form(choice: Choice, params: type[Params], base: type[AnyForm]) -> type[AnyForm]:
+    return create_model(
+        _title(choice) + base.__name__.removesuffix("Form"),
+        __base__=base,
+        __doc__=choice.summary,
+        name=Annotated[str, _one_of(choice.name)],
+        params=(params, params()),
+    )
+
+
+def _params_of(
+    choice: Choice, followed: Mapping[str, type[FollowedForm]]
+) -> type[Params]:
+    fields: dict[str, Any] = {o.name: _field(o, followed) for o in choice.options}
+    if choice.presets:
+        fields["preset"] = Annotated[
+            str,
+            _one_of(*choice.presets),
+            Field(
+                default=None,
+                description="stands for all options that are left out",
+                json_schema_extra=_without_default,
+            ),
+        ]
+    return create_model(
+        f"{_title(choice)}Params",
+        __base__=Params,
+        __doc__=f"Parameters of `{choice.name}`.",
+        **fields,
+    )
+
+
+def _title(choice: Choice) -> str:
+    return choice.name.title().replace("_", "")
+
+
+def _field(option: Option, followed: Mapping[str, type[FollowedForm]]) -> object:
     parameter = option.parameter
+    if parameter.is_policy:
+        return Annotated[
+            FollowedForm,
+            chosen_by_name(followed),
+            Field(default=option.default, description=parameter.description),
+        ]
+    if parameter.several:
+        return Annotated[
+            str | list[str],
+            _some_of(*parameter.choices),
+            Field(default=option.default, description=parameter.description),
+        ]
     if parameter.choices:
         return Annotated[
             str,
@@ -136,15 +187,42 @@ def _one_of(*values: str) -> GetPydanticSchema:
     return GetPydanticSchema(lambda *_: core_schema.literal_schema([*values]))
 
 
+def _some_of(*values: str) -> GetPydanticSchema:
+    """One of these, or a list of several; faults are placed as in either alone."""
+    one = core_schema.literal_schema([*values])
+    several = core_schema.list_schema(one, min_length=1, max_length=len(values))
+    single, multiple = SchemaValidator(one), SchemaValidator(several)
+
+    def validate(value: object) -> object:
+        chosen = multiple if isinstance(value, list) else single
+        checked: object = chosen.validate_python(value, strict=True)
+        if isinstance(checked, list) and len(set(checked)) < len(checked):
+            raise ValueError("must not name one twice")
+        return checked
+
+    return GetPydanticSchema(
+        lambda *_: core_schema.no_info_plain_validator_function(
+            validate, json_schema_input_schema=core_schema.union_schema([one, several])
+        )
+    )
+
+
+def _without_default(schema: dict[str, Any]) -> None:
+    del schema["default"]
+
+
 def _unknown(name: str, forms: Iterable[str]) -> InitErrorDetails:
     message = f"must be one of {', '.join(forms)}"
     error = PydanticCustomError("unknown_policy", "{message}", {"message": message})
     return {"type": error, "loc": ("name",), "input": name}
 
 
-FORMS = {choice.name: form_of(choice) for choice in choices()}
+FORMS = forms_of(choices())
 EXAMPLES: dict[str, Example] = {
-    name: {"summary": name, "value": form(name=name, note="why").model_dump()}
+    name: {
+        "summary": name,
+        "value": form(name=name, note="why").model_dump(exclude_none=True),
+    }
     for name, form in FORMS.items()
 }
 AnyPolicyForm = Annotated[PolicyForm, chosen_by_name(FORMS)]
