@@ -20,6 +20,7 @@ ROLLOUT = {
     "reward": "expected",
     "common_random_numbers": True,
     "reading": "tail",
+    "allocation": "equal",
 }
 
 
