@@ -6,13 +6,9 @@ from datetime import datetime
 from enum import StrEnum
 from uuid import UUID
 
-
-class Signal(StrEnum):
-    """A user's answer to a play. None: it was played, and never answered."""
-
-    LIKE = "like"
-    SKIP = "skip"
-    NONE = "none"
+SKIP = "skip"  # the signals of a model that names none of its own
+LIKE = "like"
+NO_ANSWER = "none"  # it was played, and never answered; no model names a signal so
 
 
 class Source(StrEnum):
@@ -45,8 +41,28 @@ class Revision:
 
 
 @dataclass(frozen=True, slots=True)
+class ItemSignals:
+    """What a play may tell, where that is more than a skip or a like.
+
+    names:     the signals
+    observe:   chance of each of them, by state
+    reward:    worth of each
+    fractions: least share played that means a signal, None: no share means any
+    """
+
+    names: Sequence[str]
+    observe: Sequence[Sequence[float]]
+    reward: Sequence[float]
+    fractions: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class ItemModel:
-    """One version of a model: how interest in its items moves and answers."""
+    """One version of a model: how interest in its items moves and answers.
+
+    like:    expected reward of a play, by state: without signals, chance of a like
+    signals: None: a skip and a like
+    """
 
     id: str
     version: int
@@ -59,6 +75,12 @@ class ItemModel:
     created_at: datetime
     catalogue: int
     retired: bool = False
+    signals: ItemSignals | None = None
+
+    @property
+    def answers(self) -> Sequence[str]:
+        """Names of its signals, in order."""
+        return (SKIP, LIKE) if self.signals is None else self.signals.names
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +123,7 @@ class Play:
     closed:    the slot in which it took place, None while it is unanswered
     policy:    version of the policy that chose it, None where the user did
     catalogue: the catalogue in which it was chosen
-    predicted: chance of a like that was believed
+    predicted: expected reward that was believed: with skip and like, chance of a like
     propensity: chance with which the policy chose this item
     """
 
@@ -120,7 +142,7 @@ class Play:
     seed: int | None = None
     selection: Selection = EVERYTHING
     propensity: float | None = None
-    signal: Signal | None = None
+    signal: str | None = None
     fraction: float | None = None
     answered_at: datetime | None = None
     idempotency_key: str | None = None
@@ -130,21 +152,29 @@ class Play:
 class Answer:
     """A signal, and the share of the item that was played where that is known."""
 
-    signal: Signal
+    signal: str
     fraction: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
-    """A play that a user chose alone; the key makes a report that is sent again one.
+class Reply:
+    """What a client tells of a play: a signal, else the share that was played.
 
-    at: when it took place, None: now
+    liked_from: share that is a like where skip and like are all there is to tell
     """
 
+    signal: str | None
+    fraction: float | None
+    liked_from: float
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """A play that a user chose alone; the key makes a report that is sent again one."""
+
     item: str
-    answer: Answer
+    reply: Reply
     key: str | None = None
-    at: datetime | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -68,6 +68,11 @@ class UnknownModel(Invalid):
     title = "The request names a model that does not exist"
 
 
+class UnknownSignal(Invalid):
+    code = "unknown_signal"
+    title = "The model of the item has no such signal"
+
+
 class UnusableModel(Invalid):
     code = "invalid_model"
     title = "The matrices and chances make no model"

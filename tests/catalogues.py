@@ -22,6 +22,16 @@ SIMPLE: dict[str, Any] = {
     "prior": [0.5, 0.5],
 }
 
+SERIES: dict[str, Any] = {
+    "states": ["cold", "warm", "hot"],
+    "play": [[0.8, 0.2, 0.0], [0.1, 0.6, 0.3], [0.0, 0.5, 0.5]],
+    "rest": [[0.6, 0.3, 0.1], [0.1, 0.8, 0.1], [0.1, 0.1, 0.8]],
+    "signals": ["skip", "partial", "complete"],
+    "observe": [[0.7, 0.2, 0.1], [0.3, 0.4, 0.3], [0.1, 0.1, 0.8]],
+    "reward": [0, 0.4, 1],
+    "prior": [0.2, 0.5, 0.3],
+}
+
 
 def load(client: httpx.Client, paper: dict[str, Any]) -> None:
     """Put a paper example into a service, a model for each item."""

@@ -26,21 +26,42 @@ class Filter:
                 self.beliefs[name] = moved(belief, item["rest"])
 
     def like(self, name: str) -> float:
-        like: list[float] = self.items[name]["like"]
+        like = reward(self.items[name])
         return math.fsum(p * q for p, q in zip(self.beliefs[name], like, strict=True))
 
 
 def after_play(
     item: Mapping[str, Any], belief: Sequence[float], signal: str
 ) -> list[float]:
-    weights = {
-        "like": item["like"],
-        "skip": [1 - chance for chance in item["like"]],
-        "none": [1.0] * len(belief),
-    }[signal]
+    told = chances(item) | {"none": [1.0] * len(belief)}
+    weights = told[signal]
     weighted = [p * w for p, w in zip(belief, weights, strict=True)]
     total = sum(weighted)
     return moved([p / total for p in weighted], item["play"])
+
+
+def chances(item: Mapping[str, Any]) -> dict[str, list[float]]:
+    """The chance of each signal, by state."""
+    if "signals" not in item:
+        like = item["like"]
+        return {"skip": [1 - chance for chance in like], "like": like}
+    columns = zip(*item["observe"], strict=True)
+    return {
+        name: list(column)
+        for name, column in zip(item["signals"], columns, strict=True)
+    }
+
+
+def reward(item: Mapping[str, Any]) -> list[float]:
+    """The expected reward of a play, by state."""
+    if "signals" not in item:
+        like: list[float] = item["like"]
+        return like
+    worth = item["reward"]
+    return [
+        math.fsum(p * w for p, w in zip(row, worth, strict=True))
+        for row in item["observe"]
+    ]
 
 
 def moved(belief: Sequence[float], matrix: Sequence[Sequence[float]]) -> list[float]:

@@ -18,9 +18,15 @@ from app.api.schemas.listening import (
 )
 from app.api.schemas.plays import PlayRecord
 from app.domain import EVERYTHING, Selection
-from app.errors import FeedbackConflict, NothingToPlay, PlayNotFound, UnknownItems
+from app.errors import (
+    FeedbackConflict,
+    NothingToPlay,
+    PlayNotFound,
+    UnknownItems,
+    UnknownSignal,
+)
 from app.services import explanations, listening
-from app.services.answers import answer_of
+from app.services.answers import reply_of
 
 router = APIRouter(prefix="/v1", tags=["listening"])
 Explain = Annotated[bool, Query(description="also tell why this item")]
@@ -58,7 +64,8 @@ async def read_play(
 
 
 @router.post(
-    "/plays/{play}/feedback", responses=responses(PlayNotFound, FeedbackConflict)
+    "/plays/{play}/feedback",
+    responses=responses(PlayNotFound, FeedbackConflict, UnknownSignal),
 )
 async def give_feedback(
     caller: Serving,
@@ -67,13 +74,13 @@ async def give_feedback(
     next: Annotated[bool, Query(description="also choose the next play")] = False,  # noqa: A002 - the name of the query
 ) -> FeedbackTaken:
     """Take the answer of a play, exactly once."""
-    answer = answer_of(caller.context.settings, form.signal, form.fraction)
+    reply = reply_of(caller.context.settings, form.signal, form.fraction)
     feedback = await caller.database.run(
         partial(
             listening.give_feedback,
             live=caller.live,
             play_id=play,
-            answer=answer,
+            reply=reply,
             then=EVERYTHING if next else None,
         )
     )

@@ -14,6 +14,7 @@ from app.api.schemas.pages import CursorQuery, Limit, decode_text, encode
 from app.domain import ItemModel
 from app.errors import InvalidCursor, ModelInUse, ModelNotFound, UnusableModel
 from app.services import models
+from app.services.changes import Change
 
 router = APIRouter(prefix="/v1", tags=["models"])
 Version = Annotated[
@@ -29,11 +30,12 @@ async def put_model(
     caller: Administering, model: PathId, form: ModelForm, response: Response
 ) -> ModelView:
     """Create a model, or a new version of it; the same again changes nothing."""
-    kept, created = await caller.database.run_in_turn(
+    put = await caller.database.run_in_turn(
         partial(models.put, new=form.model(model), by=caller.key.id)
     )
+    created = put.change is Change.CREATED
     response.status_code = HTTPStatus.CREATED if created else HTTPStatus.OK
-    return _view(kept)
+    return ModelView.of(put.model, models.signals(put.model), put.warnings)
 
 
 @router.get("/models/{model}", responses=responses(ModelNotFound))
@@ -75,4 +77,4 @@ async def delete_model(caller: Administering, model: PathId) -> None:
 
 
 def _view(model: ItemModel) -> ModelView:
-    return ModelView.of(model, models.warnings(model))
+    return ModelView.of(model, models.signals(model), models.warnings(model))

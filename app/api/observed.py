@@ -3,7 +3,7 @@
 import structlog
 
 from app import metrics
-from app.domain import Play, Signal
+from app.domain import NO_ANSWER, Play
 from app.services.listening import Feedback, Next
 
 
@@ -21,7 +21,7 @@ def _chosen(upcoming: Next) -> None:
     if offer.took is not None:
         metrics.decisions(offer.policy.name).observe(offer.took)
     if upcoming.expired is not None:
-        _closed(upcoming.expired, Signal.NONE)
+        _closed(upcoming.expired, NO_ANSWER)
 
 
 def answered(feedback: Feedback) -> None:
@@ -31,7 +31,7 @@ def answered(feedback: Feedback) -> None:
     learned = feedback.learned
     if learned is not None:
         _closed(play, feedback.signal)
-        if feedback.signal is not Signal.NONE:
+        if feedback.signal != NO_ANSWER:
             policy = feedback.chosen_by or play.source.value
             metrics.surprise(policy).observe(learned.surprise)
         if learned.impossible:
@@ -41,5 +41,5 @@ def answered(feedback: Feedback) -> None:
         _chosen(feedback.next)
 
 
-def _closed(play: Play, signal: Signal) -> None:
-    metrics.feedback(signal.value, play.source.value).inc()
+def _closed(play: Play, signal: str) -> None:
+    metrics.feedback(signal, play.source.value).inc()

@@ -30,10 +30,11 @@ from app.errors import (
     ItemNotFound,
     NothingToPlay,
     UnknownItems,
+    UnknownSignal,
     UserNotFound,
 )
 from app.services import forecasts, listening, playlists, profiles
-from app.services.answers import answer_of
+from app.services.answers import reply_of
 
 router = APIRouter(prefix="/v1/users/{user}", tags=["users"])
 REPORTED_BEFORE: dict[int | str, dict[str, Any]] = {
@@ -44,7 +45,8 @@ REPORTED_BEFORE: dict[int | str, dict[str, Any]] = {
 @router.post(
     "/plays",
     status_code=201,
-    responses=REPORTED_BEFORE | responses(UnknownItems, IdempotencyConflict),
+    responses=REPORTED_BEFORE
+    | responses(UnknownItems, UnknownSignal, IdempotencyConflict),
 )
 async def report_play(
     caller: Serving,
@@ -56,8 +58,8 @@ async def report_play(
     ] = None,
 ) -> FeedbackTaken:
     """Report a play that the user chose alone, with its answer."""
-    answer = answer_of(caller.context.settings, form.signal, form.fraction)
-    report = Report(form.item, answer, idempotency_key)
+    reply = reply_of(caller.context.settings, form.signal, form.fraction)
+    report = Report(form.item, reply, idempotency_key)
     take = partial(listening.report_play, live=caller.live, user_id=user, report=report)
     feedback = await caller.database.run(take)
     observed.answered(feedback)
@@ -130,10 +132,10 @@ async def read_forecast(
     item: PathId,
     slots: Annotated[int, Query(ge=1, le=1000)] = 20,
     threshold: Annotated[
-        Chance | None, Query(description="chance of a like that counts as back")
+        Chance | None, Query(description="expected reward that counts as back")
     ] = None,
 ) -> ForecastView:
-    """Tell when an item is back: the chance of a like as it rests."""
+    """Tell when an item is back: the expected reward as it rests."""
     read = partial(
         forecasts.of_item,
         live=caller.live,

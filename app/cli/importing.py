@@ -20,6 +20,11 @@ from app.services.model_imports import import_models
 
 Result = Imported | HistoryImported
 BY = "command line"
+HINTS = {
+    "model": "Import models first.",
+    "item": "Import items first.",
+    "signal": "With --any-signal they are entered all the same, and count as none.",
+}
 
 File = Annotated[Path, typer.Argument(help="What to read; - is the standard input.")]
 FormatOption = Annotated[
@@ -85,6 +90,13 @@ def history(
     file: File,
     *,
     format_: FormatOption = None,
+    any_signal: Annotated[
+        bool,
+        typer.Option(
+            "--any-signal",
+            help="Take signals that an item's model lacks: they count as none.",
+        ),
+    ] = False,
     dry_run: DryRun = False,
     database_url: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -99,6 +111,7 @@ def history(
                 session.live,
                 session.settings,
                 lines,
+                any_signal=any_signal,
                 dry_run=dry_run,
                 progress=lambda done, of: bar.update(line, completed=done, total=of),
             )
@@ -130,11 +143,11 @@ def _run(
 
 
 def _hint(error: InvalidImport) -> str:
-    """What to do if all that is wrong is that something was to come before."""
-    for kind in ("model", "item"):
+    """What to do if all that is wrong is that one kind of thing is not known."""
+    for kind, hint in HINTS.items():
         told = [fault.message.startswith(f"unknown {kind} ") for fault in error.faults]
         if told and all(told):
-            return f" Import {kind}s first."
+            return f" {hint}"
     return ""
 
 

@@ -55,12 +55,12 @@ class Client:
         answer = await self._call("GET", f"/v1/users/{user}/next")
         return NextPlay.model_validate_json(answer.content)
 
-    async def answer(self, play: NextPlay, *, liked: bool, then: bool) -> FeedbackTaken:
+    async def answer(self, play: NextPlay, signal: str, *, then: bool) -> FeedbackTaken:
         """Answer a play; `then`: ask for the next one in the same call."""
         answer = await self._call(
             "POST",
             f"/v1/plays/{play.play}/feedback?next={str(then).lower()}",
-            {"signal": "like" if liked else "skip"},
+            {"signal": signal},
         )
         return FeedbackTaken.model_validate_json(answer.content)
 

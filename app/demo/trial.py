@@ -36,6 +36,7 @@ class Lived:
     """What listeners made of one policy.
 
     slots:       by which their users moved on
+    likes:       rewards of their plays, added up: 1 for a like
     like_rate:   likes by play
     ci95:        half of its 95 % interval, from the spread between listeners
     decision_ms: mean time that the service took to choose an item
@@ -45,7 +46,7 @@ class Lived:
     listeners: int
     plays: int
     slots: int
-    likes: int
+    likes: float
     like_rate: float
     ci95: float | None
     decision_ms: float | None
@@ -59,18 +60,18 @@ class _Life:
     listener: Listener
     user: str
     plays: int = 0
-    likes: int = 0
+    likes: float = 0.0
     slot: int = 0
 
     async def live(self, plays: int, played: Callable[[], object]) -> None:
         """Hear, answer, hear the next; the last answer asks for nothing more."""
         play = await self.client.next_play(self.user)
         while True:
-            liked = self.listener.hear(play.item)
+            heard = self.listener.hear(play.item)
             self.plays += 1
-            self.likes += liked
+            self.likes += heard.reward
             more = self.plays < plays
-            taken = await self.client.answer(play, liked=liked, then=more)
+            taken = await self.client.answer(play, heard.signal, then=more)
             played()
             if taken.next is None:
                 self.slot = taken.slot

@@ -12,16 +12,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from app.domain import Signal, User
+from app.domain import User
 from app.services.catalogue import Catalogue
 from app.storage import plays
 from app.storage.packing import Entries, unpack
 from app.storage.plays import ClosedPlay
 from app.storage.store import Store
 from policies import (
-    LIKE,
-    NONE,
-    SKIP,
     Answered,
     Floats,
     Ints,
@@ -34,7 +31,6 @@ from policies import (
 
 RETURNED = 1e-12  # least difference (L1) from the belief of an item never played
 REMEMBERED = 256  # slots for which a play is remembered although interest returned
-SIGNALS = {Signal.LIKE: LIKE, Signal.SKIP: SKIP, Signal.NONE: NONE}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,18 +110,21 @@ def of_item(
 
 
 def expected(catalogue: Catalogue, serial: int, belief: Floats) -> float:
-    """The chance of a like that a belief gives."""
+    """The expected reward that a belief gives: with skip and like, chance of a like."""
     model = np.array([catalogue.row_of(serial)])
     return float(expected_like(catalogue.models, model, belief[None])[0])
 
 
 def after_play(
-    catalogue: Catalogue, entries: Entries, slot: int, serial: int, signal: Signal
+    catalogue: Catalogue, entries: Entries, slot: int, serial: int, signal: str
 ) -> tuple[Entries, Answered]:
     """The entries after a play in a slot, and what its answer taught."""
     belief, _ = of_item(catalogue, entries, slot, serial)
     learned = answered(
-        catalogue.models, catalogue.row_of(serial), belief, SIGNALS[signal]
+        catalogue.models,
+        catalogue.row_of(serial),
+        belief,
+        catalogue.signal_of(serial, signal),
     )
     after = _put(entries, serial, slot + 1, learned.belief)
     return _without_forgotten(catalogue, after, slot + 1), learned
@@ -138,7 +137,7 @@ def _replay(
         catalogue.models,
         catalogue.row_of(serial),
         np.array([play.slot for play in log], np.int64),
-        np.array([SIGNALS[play.signal] for play in log], np.int64),
+        np.array([catalogue.signal_of(serial, p.signal) for p in log], np.int64),
     )
 
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from app.domain import Item, ItemModel, Revision
+from app.domain import Item, ItemModel, ItemSignals, Revision
 from app.errors import Fault, UnknownItems
 from app.services.pool import Pool
-from policies import Ints, Model, ModelSet
+from policies import NONE, Ints, Model, ModelSet, Signals
 
 NO_ROW = -1
 MOST_TAGGED = 256
@@ -69,6 +69,7 @@ class Catalogue:
     epoch:    the revision in which beliefs last took on a new meaning
     listing:  the items
     versions: (M) each model as it is kept
+    signals:  (M) number of each of a model's signals, by name
     models:   the same, stacked for compiled code
     model:    (N,) row of each item's model
     active:   (N,) whether an item may be recommended
@@ -80,6 +81,7 @@ class Catalogue:
     epoch: int
     listing: Listing
     versions: Sequence[ItemModel]
+    signals: Sequence[Mapping[str, int]]
     models: ModelSet
     model: Ints
     active: NDArray[np.bool_]
@@ -107,6 +109,7 @@ class Catalogue:
             revision.epoch,
             listing,
             versions,
+            [{name: k for k, name in enumerate(each.answers)} for each in versions],
             models,
             model,
             active,
@@ -142,6 +145,10 @@ class Catalogue:
         """Row of an item's model."""
         return int(self.model[serial])
 
+    def signal_of(self, serial: int, name: str) -> int:
+        """Number of a signal in an item's model; one that it does not have is none."""
+        return self.signals[self.row_of(serial)].get(name, NONE)
+
     def with_tags(self, tags: tuple[str, ...]) -> Pool:
         """Active items that carry every tag."""
         wanted = tuple(sorted(set(tags)))
@@ -172,6 +179,14 @@ def mathematical(model: ItemModel) -> Model:
         tuple(model.states),
         np.array(model.play),
         np.array(model.rest),
-        np.array(model.like),
+        None if model.signals else np.array(model.like),
         np.array(model.prior),
+        observed(model.signals),
     )
+
+
+def observed(signals: ItemSignals | None) -> Signals | None:
+    """Signals as they are kept, for a mathematical model."""
+    if signals is None:
+        return None
+    return Signals(tuple(signals.names), signals.observe, signals.reward)

@@ -25,7 +25,7 @@ class Group:
     item:   the one item, None if the group holds several
     count:  how many items it holds
     belief: probability of each state
-    like:   chance of a like
+    like:   expected reward
     score:  the policy's number; the highest is played
     rested: slots since it was played, None if never
     """

@@ -55,9 +55,23 @@ def _model(model: ItemModel) -> dict[str, object]:
         "states": model.states,
         "play": model.play,
         "rest": model.rest,
-        "like": model.like,
+        **_answers(model),
         "prior": model.prior,
         "source": model.source,
+    }
+
+
+def _answers(model: ItemModel) -> dict[str, object]:
+    """How its plays are answered: by likes, or by signals of its own."""
+    signals = model.signals
+    if signals is None:
+        return {"like": model.like}
+    shares = {} if signals.fractions is None else {"fractions": signals.fractions}
+    return {
+        "signals": signals.names,
+        "observe": signals.observe,
+        "reward": signals.reward,
+        **shares,
     }
 
 

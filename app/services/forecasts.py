@@ -1,4 +1,4 @@
-"""When an item is back: the chance of a like over the coming slots of rest."""
+"""When an item is back: the expected reward over the coming slots of rest."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,18 +15,18 @@ from app.storage import users
 from app.storage.store import Store
 from policies import forecast, untouched
 
-RETURNED = 0.95  # share of the chance that rest leads to
+RETURNED = 0.95  # share of the reward that rest leads to
 
 
 @dataclass(frozen=True, slots=True)
 class Forecast:
-    """The chance of a like of one item, if it rests.
+    """The expected reward of one item, if it rests: with skip and like, its chance.
 
     slot:      the user's slot now
     rested:    slots since it was played, None if never
-    now:       chance of a like now
-    likes:     chance after 1, 2, ... further slots of rest
-    threshold: chance at which it counts as back
+    now:       expected reward now
+    likes:     the same after 1, 2, ... further slots of rest
+    threshold: reward at which it counts as back
     back_in:   slots of rest until then; 0: it is back; None: not within the forecast
     """
 
@@ -69,7 +69,7 @@ def of_item(
 
 
 def _returned(catalogue: Catalogue, serial: int) -> float:
-    """Nearly the chance of a like that a very long rest leads to."""
+    """Nearly the expected reward that a very long rest leads to."""
     row = catalogue.row_of(serial)
     settled = untouched(catalogue.models, 2**20)[row]
     return RETURNED * beliefs.expected(catalogue, serial, settled)

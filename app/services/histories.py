@@ -11,9 +11,9 @@ from datetime import UTC, datetime
 from functools import partial
 from itertools import islice
 
-from app.domain import Answer, Report, Signal
-from app.errors import Fault
-from app.services.answers import answer_of
+from app.domain import Answer, ItemModel
+from app.errors import Fault, UnknownSignal
+from app.services.answers import answer_of, reply_of
 from app.services.catalogue import Catalogue
 from app.services.lines import LineFile
 from app.services.live import Live
@@ -68,24 +68,27 @@ class Histories:
         return [self.staged[number] for number in self.by_user[user]]
 
 
-async def import_history(
+async def import_history(  # noqa: PLR0913 - what to enter where, and how
     database: Database,
     live: Live,
     settings: Settings,
     file: LineFile[PastPlay],
     *,
+    any_signal: bool = False,
     dry_run: bool = False,
     progress: Callable[[int, int], object] | None = None,
 ) -> HistoryImported:
     """Enter the plays of a file, once all its lines are found good.
 
     Each user's plays are one unit of work; those that an import of the same lines has
-    entered before are left out. `progress` is told how many are done, and of how many.
+    entered before are left out. `any_signal`: take also signals that an item's model
+    does not have. `progress` is told how many are done, and of how many.
     """
     catalogue = await database.run(partial(_catalogue, live=live))
     with Staging(FIELDS, PastPlay) as staged:
         histories = Histories(staged)
-        await asyncio.to_thread(_stage, file, histories, catalogue)
+        check = partial(_check, settings, any_signal=any_signal)
+        await asyncio.to_thread(_stage, file, histories, catalogue, check)
         users_ = len(histories.by_user)
         if dry_run:
             return HistoryImported(users_, 0, 0)
@@ -109,15 +112,31 @@ def _catalogue(store: Store, live: Live) -> Catalogue:
 
 
 def _stage(
-    file: LineFile[PastPlay], histories: Histories, catalogue: Catalogue
+    file: LineFile[PastPlay],
+    histories: Histories,
+    catalogue: Catalogue,
+    check: Callable[[ItemModel, PastPlay], object],
 ) -> None:
     faults = file.faults()
     for line, play in file.entries(faults):
-        if catalogue.serial_of(play.item) is None:
+        serial = catalogue.serial_of(play.item)
+        if serial is None:
             faults.add(line, Fault("item", f"unknown item {play.item!r}", play.item))
+            continue
+        try:
+            check(catalogue.model_of(serial), play)
+        except UnknownSignal as error:
+            faults.add(line, *error.faults)
         else:
             histories.add(line, play)
     faults.refuse()
+
+
+def _check(
+    settings: Settings, model: ItemModel, play: PastPlay, *, any_signal: bool
+) -> None:
+    if play.signal is None or not any_signal:
+        answer_of(model, reply_of(settings, play.signal, play.fraction))
 
 
 def _in_groups(names: Iterable[str]) -> Iterator[list[str]]:
@@ -136,10 +155,11 @@ def _enter(
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
     new = [(key, play) for key, play in _keyed(history) if key not in before]
     for key, play in new:
-        report = _report(settings, play, key)
         serial = catalogue.listing.serials[play.item]
-        standing.report(serial, report)
-        standing.learn(serial, report.answer)
+        answer = _answer(settings, catalogue.model_of(serial), play)
+        at = None if play.at is None else datetime.fromisoformat(play.at)
+        standing.report(serial, answer, key, at)
+        standing.learn(serial, answer)
     if new:
         standing.save(user.pending)
     return len(new)
@@ -155,10 +175,7 @@ def _keyed(history: Iterable[PastPlay]) -> Iterator[tuple[str, PastPlay]]:
         yield f"import:{digest}", play
 
 
-def _report(settings: Settings, play: PastPlay, key: str) -> Report:
-    if play.signal is None:
-        answer = answer_of(settings, None, play.fraction)
-    else:
-        answer = Answer(Signal(play.signal), play.fraction)
-    at = None if play.at is None else datetime.fromisoformat(play.at)
-    return Report(play.item, answer, key, at)
+def _answer(settings: Settings, model: ItemModel, play: PastPlay) -> Answer:
+    if play.signal is not None:
+        return Answer(play.signal, play.fraction)
+    return answer_of(model, reply_of(settings, None, play.fraction))

@@ -4,7 +4,16 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from uuid import UUID
 
-from app.domain import Answer, Play, Report, Revision, Selection, Signal
+from app.domain import (
+    NO_ANSWER,
+    Answer,
+    ItemModel,
+    Play,
+    Reply,
+    Report,
+    Revision,
+    Selection,
+)
 from app.errors import (
     Fault,
     FeedbackConflict,
@@ -13,6 +22,7 @@ from app.errors import (
     PlayNotFound,
 )
 from app.services import selections
+from app.services.answers import answer_of, is_repeated
 from app.services.catalogue import Catalogue
 from app.services.live import Live
 from app.services.standing import Offer, Standing
@@ -20,7 +30,7 @@ from app.storage import plays, users
 from app.storage.store import Store
 from policies import Answered
 
-NEVER_ANSWERED = Answer(Signal.NONE)
+NEVER_ANSWERED = Answer(NO_ANSWER)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +52,7 @@ class Feedback:
     """
 
     play: Play
-    signal: Signal
+    signal: str
     slot: int
     repeated: bool = False
     learned: Answered | None = None
@@ -69,19 +79,20 @@ def next_play(store: Store, live: Live, user_id: str, selection: Selection) -> N
 
 
 def give_feedback(
-    store: Store, live: Live, play_id: UUID, answer: Answer, then: Selection | None
+    store: Store, live: Live, play_id: UUID, reply: Reply, then: Selection | None
 ) -> Feedback:
     """Take the answer of a play, exactly once; then, if asked, choose the next one."""
     found = users.by_play(store, play_id)
     if found is None:
         raise PlayNotFound(play_id)
     revision, user, play = found
+    catalogue = live.catalogue(store, revision)
+    model = catalogue.model_of(play.item)
     if play.signal is not None:
-        feedback = _given_before(play, answer)
+        feedback = _given_before(play, model, reply)
         return replace(feedback, next=_next_if_any(store, live, user.id, then))
-    standing = Standing.of(
-        store, live.catalogue(store, revision), user, datetime.now(UTC)
-    )
+    answer = answer_of(model, reply)
+    standing = Standing.of(store, catalogue, user, datetime.now(UTC))
     learned = standing.close(play, answer)
     offer = None if then is None else _chosen(live, revision, standing, then)
     standing.save(None if offer is None else offer.play)
@@ -100,23 +111,27 @@ def report_play(store: Store, live: Live, user_id: str, report: Report) -> Feedb
     revision, user = users.by_id(store, user_id)
     catalogue = live.catalogue(store, revision)
     serial = catalogue.known_serial(report.item)
+    model = catalogue.model_of(serial)
     before = None
     if report.key is not None:
         before = plays.by_idempotency_key(store, user_id, report.key)
     if before is not None:
-        return _reported_before(before, serial, report.answer)
+        return _reported_before(before, serial, model, report.reply)
+    answer = answer_of(model, report.reply)
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
-    play = standing.report(serial, report)
-    learned = standing.learn(serial, report.answer)
+    play = standing.report(serial, answer, report.key)
+    learned = standing.learn(serial, answer)
     standing.save(user.pending)
-    return Feedback(play, report.answer.signal, standing.slot, learned=learned)
+    return Feedback(play, answer.signal, standing.slot, learned=learned)
 
 
 def _offered_before(
     store: Store, live: Live, catalogue: Catalogue, play: Play, slot: int
 ) -> Offer:
     policy = live.version(store, play.policy or 0)
-    return Offer(play, catalogue.shelf(play.item), slot, policy, repeated=True)
+    signals = catalogue.model_of(play.item).answers
+    shelf = catalogue.shelf(play.item)
+    return Offer(play, shelf, slot, policy, signals, repeated=True)
 
 
 def _chosen(
@@ -142,17 +157,20 @@ def _next_if_any(
         return None
 
 
-def _given_before(play: Play, answer: Answer) -> Feedback:
-    if play.signal is not answer.signal:
+def _given_before(play: Play, model: ItemModel, reply: Reply) -> Feedback:
+    if not is_repeated(play, model, reply):
+        field = "fraction" if reply.signal is None else "signal"
         raise FeedbackConflict(
-            f"Play {play.id} was answered with {play.signal}, not {answer.signal}.",
-            Fault("signal", f"the answer given is {play.signal}", answer.signal),
+            f"Play {play.id} was answered with {play.signal!r} before.",
+            Fault(field, f"the answer given is {play.signal}", getattr(reply, field)),
         )
     return _as_it_was(play)
 
 
-def _reported_before(play: Play, serial: int, answer: Answer) -> Feedback:
-    if play.item != serial or play.signal is not answer.signal:
+def _reported_before(
+    play: Play, serial: int, model: ItemModel, reply: Reply
+) -> Feedback:
+    if play.item != serial or not is_repeated(play, model, reply):
         raise IdempotencyConflict(
             "The same key came with another item or answer before.",
             Fault("Idempotency-Key", "already used", play.idempotency_key),

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from functools import partial
 
 from app.errors import Fault, UnusableModel
-from app.services import models
+from app.services import models, new_models
 from app.services.changes import Change, Imported
 from app.services.lines import LineFile
-from app.services.models import NewModel
+from app.services.new_models import NewModel
 from app.storage import revision
 from app.storage.database import Database
 from app.storage.store import Store
@@ -31,7 +31,7 @@ def _read(file: LineFile[NewModel]) -> Sequence[NewModel]:
             faults.add(line, Fault("id", "is there twice", model.id))
         new[model.id] = model
         try:
-            models.check(model)
+            new_models.check(model)
         except UnusableModel as error:
             faults.add(line, *error.faults)
     faults.refuse()
@@ -45,6 +45,6 @@ def _land(store: Store, new: Sequence[NewModel], by: str, *, dry_run: bool) -> I
         models.put_all(store, known, outcomes, by)
     changes = [outcome.change for outcome in outcomes]
     created, replaced, unchanged = map(changes.count, Change)
-    found = {each.model.id: models.warnings(each.model) for each in outcomes}
+    found = {each.model.id: each.warnings for each in outcomes}
     warnings = {model: told for model, told in found.items() if told}
     return Imported(created, replaced, unchanged, 0, dry_run, warnings)

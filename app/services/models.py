@@ -3,40 +3,34 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from operator import attrgetter
 
-from app.domain import ItemModel, Revision
-from app.errors import Fault, ModelInUse, ModelNotFound, UnusableModel
+from app.domain import ItemModel, ItemSignals, Revision
+from app.errors import Fault, ModelInUse, ModelNotFound
 from app.services.catalogue import mathematical
 from app.services.changes import Change
+from app.services.new_models import NewModel, check, signals_of
 from app.storage import audit, models, revision
 from app.storage.store import Store
-from policies import InvalidModel, Model
-
-CHANCES = attrgetter("play", "rest", "like", "prior")
-DESCRIPTION = attrgetter("states", "play", "rest", "like", "prior", "source")
-
-
-@dataclass(frozen=True, slots=True)
-class NewModel:
-    """A model as a client describes it."""
-
-    id: str
-    states: Sequence[str]
-    play: Sequence[Sequence[float]]
-    rest: Sequence[Sequence[float]]
-    like: Sequence[float]
-    prior: Sequence[float]
-    source: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a model becomes. `moved`: beliefs take on a new meaning with it."""
+    """What a model becomes.
+
+    moved:   beliefs take on a new meaning with it
+    dropped: signals that its items may have had as answers, and that it has no longer
+    """
 
     model: ItemModel
     change: Change
     moved: bool = False
+    dropped: Sequence[str] = ()
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        """What is allowed, but looks like a mistake."""
+        found = warnings(self.model)
+        return (*found, _lost(self.dropped)) if self.dropped else found
 
 
 def find(store: Store, model_id: str, version: int | None) -> ItemModel:
@@ -54,13 +48,12 @@ def page(store: Store, after: str, limit: int) -> Sequence[ItemModel]:
     return models.page(store, after, limit)
 
 
-def put(store: Store, new: NewModel, by: str) -> tuple[ItemModel, bool]:
-    """Create a model or a new version of it; tell whether it is new."""
-    check(new)
+def put(store: Store, new: NewModel, by: str) -> Outcome:
+    """Create a model or a new version of it."""
     known = revision.current(store)
     becomes = outcome(store, new)
     put_all(store, known, [becomes], by)
-    return becomes.model, becomes.change is Change.CREATED
+    return becomes
 
 
 def put_all(
@@ -84,11 +77,13 @@ def outcome(store: Store, new: NewModel) -> Outcome:
     if present is None or present.retired:
         version = 1 if present is None else present.version + 1
         return Outcome(_version(new, version), Change.CREATED)
-    if DESCRIPTION(new) == DESCRIPTION(present):
+    becomes = _version(new, present.version + 1)
+    if _description(becomes) == _description(present):
         return Outcome(present, Change.UNCHANGED)
-    same = CHANCES(new) == CHANCES(present)
-    moved = not same and models.count_items(store, new.id) > 0
-    return Outcome(_version(new, present.version + 1), Change.REPLACED, moved)
+    if _chances(becomes) == _chances(present) or not models.count_items(store, new.id):
+        return Outcome(becomes, Change.REPLACED)
+    dropped = [name for name in present.answers if name not in becomes.answers]
+    return Outcome(becomes, Change.REPLACED, moved=True, dropped=dropped)
 
 
 def retire(store: Store, model_id: str, by: str) -> None:
@@ -114,31 +109,52 @@ def retire(store: Store, model_id: str, by: str) -> None:
     audit.note(store, now, by, "delete_model", model_id)
 
 
-def check(new: NewModel) -> None:
-    """Refuse what makes no pair of Markov chains."""
-    try:
-        Model(new.states, new.play, new.rest, new.like, new.prior)
-    except InvalidModel as error:
-        field = error.field.replace("[", ".").replace("]", "")
-        message = str(error).removeprefix(f"{error.field}: ")
-        raise UnusableModel(f"{error}.", Fault(field, message)) from error
-
-
 def warnings(model: ItemModel) -> Sequence[str]:
-    """What is allowed, but looks like a mistake."""
+    """What of a model is allowed, but looks like a mistake."""
     return mathematical(model).warnings
 
 
+def signals(model: ItemModel) -> ItemSignals:
+    """What a play may tell, also where that is a skip or a like."""
+    if model.signals is not None:
+        return model.signals
+    plain = mathematical(model)
+    return ItemSignals(plain.signals, plain.observe.tolist(), plain.reward.tolist())
+
+
+def _lost(signals: Sequence[str]) -> str:
+    names = ", ".join(map(repr, signals))
+    return (
+        f"Items use this model, which no longer has the signals {names}: plays that"
+        " were answered so now count as never answered."
+    )
+
+
+def _chances(model: ItemModel) -> tuple[object, ...]:
+    """What beliefs are made of."""
+    if model.signals is None:
+        return model.play, model.rest, model.prior, model.like
+    signals = replace(model.signals, fractions=None)
+    return model.play, model.rest, model.prior, signals
+
+
+def _description(model: ItemModel) -> tuple[object, ...]:
+    fractions = None if model.signals is None else model.signals.fractions
+    return _chances(model), model.states, fractions, model.source
+
+
 def _version(new: NewModel, version: int) -> ItemModel:
+    model = check(new)
     return ItemModel(
         id=new.id,
         version=version,
         states=new.states,
         play=new.play,
         rest=new.rest,
-        like=new.like,
+        like=model.like.tolist() if new.like is None else new.like,
         prior=new.prior,
         source=new.source,
         created_at=datetime.now(UTC),
         catalogue=0,
+        signals=signals_of(new),
     )

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from app.domain import Answer, Selection, Signal
+from app.domain import NO_ANSWER, Answer, Selection
 from app.services import beliefs, selections
 from app.services.catalogue import Shelf
 from app.services.live import Live
@@ -13,7 +13,7 @@ from app.services.standing import Standing
 from app.storage import users
 from app.storage.store import Store
 
-UNANSWERED = Answer(Signal.NONE)
+UNANSWERED = Answer(NO_ANSWER)
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ class ItemBelief:
     """What is believed of a user's interest in one item, in the user's slot.
 
     belief: probability of each state
-    like:   chance of a like
+    like:   expected reward
     rested: slots since it was played, None if never (or too long ago to matter)
     """
 

@@ -2,13 +2,14 @@
 
 import secrets
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
 
 from uuid_utils.compat import uuid7
 
-from app.domain import Answer, Play, PolicyVersion, Report, Selection, Source, User
+from app.domain import Answer, Play, PolicyVersion, Selection, Source, User
 from app.services import beliefs, decisions
 from app.services.catalogue import Catalogue, Shelf
 from app.services.decisions import Decision
@@ -27,6 +28,7 @@ class Offer:
     """A play that waits for its answer, and what a client shows of it.
 
     slot:     in which it will take place if it is answered next
+    signals:  names of the answers that its model knows
     repeated: it was offered before and has not been answered
     took:     seconds that the decision took
     """
@@ -35,6 +37,7 @@ class Offer:
     shelf: Shelf
     slot: int
     policy: PolicyVersion
+    signals: Sequence[str]
     repeated: bool
     took: float | None = None
 
@@ -78,7 +81,10 @@ class Standing:
         play = self._chosen(decision, policy, selection)
         plays.insert(self.store, play)
         shelf = self.catalogue.shelf(decision.serial)
-        return Offer(play, shelf, self.slot, policy.version, repeated=False, took=took)
+        signals = self.catalogue.model_of(decision.serial).answers
+        return Offer(
+            play, shelf, self.slot, policy.version, signals, repeated=False, took=took
+        )
 
     def decide(self, policy: InForce, pool: Pool, seed: int) -> Decision:
         """Decide, aside from other requests if that takes long."""
@@ -100,20 +106,22 @@ class Standing:
                 self.store, self.user.id, self.catalogue.epoch, pack(self.entries)
             )
 
-    def report(self, serial: int, report: Report) -> Play:
-        """Enter a play that the user chose alone."""
+    def report(
+        self, serial: int, answer: Answer, key: str | None, at: datetime | None = None
+    ) -> Play:
+        """Enter a play that the user chose alone; it took place now or at a moment."""
         belief, _ = beliefs.of_item(self.catalogue, self.entries, self.slot, serial)
         like = beliefs.expected(self.catalogue, serial, belief)
-        at = report.at or self.at
+        at = at or self.at
         play = replace(
             self._play(serial, like),
             source=Source.REPORTED,
             closed=self.slot,
-            signal=report.answer.signal,
-            fraction=report.answer.fraction,
+            signal=answer.signal,
+            fraction=answer.fraction,
             created_at=at,
             answered_at=at,
-            idempotency_key=report.key,
+            idempotency_key=key,
         )
         plays.insert(self.store, play)
         return play

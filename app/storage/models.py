@@ -1,11 +1,12 @@
 """Item models. A version once written never changes."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import sqlalchemy as sa
 
-from app.domain import ItemModel
+from app.domain import ItemModel, ItemSignals
 from app.storage.records import columns
 from app.storage.store import Store
 from app.storage.tables import items, models
@@ -46,7 +47,8 @@ USERS = (
 
 
 def insert(store: Store, model: ItemModel) -> None:
-    store.write(INSERT, columns(model))
+    signals = None if model.signals is None else asdict(model.signals)
+    store.write(INSERT, columns(model) | {"signals": signals})
 
 
 def latest(store: Store, model: str) -> ItemModel | None:
@@ -80,4 +82,7 @@ def count_items(store: Store, model: str) -> int:
 
 
 def _model(row: sa.Row[Any]) -> ItemModel:
-    return ItemModel(**row._mapping)  # noqa: SLF001 - its public name in SQLAlchemy
+    fields = dict(row._mapping)  # noqa: SLF001 - its public name in SQLAlchemy
+    if fields["signals"] is not None:
+        fields["signals"] = ItemSignals(**fields["signals"])
+    return ItemModel(**fields)

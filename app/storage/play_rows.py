@@ -5,7 +5,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from app.domain import EVERYTHING, Play, Selection, Signal, Source
+from app.domain import EVERYTHING, Play, Selection, Source
 
 
 def to_row(play: Play) -> Mapping[str, object]:
@@ -26,7 +26,7 @@ def to_row(play: Play) -> Mapping[str, object]:
         "predicted": play.predicted,
         "propensity": play.propensity,
         "created_at": play.created_at,
-        "signal": None if play.signal is None else play.signal.value,
+        "signal": play.signal,
         "fraction": play.fraction,
         "answered_at": play.answered_at,
         "idempotency_key": play.idempotency_key,
@@ -50,7 +50,7 @@ def from_row(row: sa.Row[Any]) -> Play:
         predicted=row.predicted,
         propensity=row.propensity,
         created_at=row.created_at,
-        signal=None if row.signal is None else Signal(row.signal),
+        signal=row.signal,
         fraction=row.fraction,
         answered_at=row.answered_at,
         idempotency_key=row.idempotency_key,

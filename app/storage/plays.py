@@ -8,7 +8,7 @@ from uuid import UUID
 
 import sqlalchemy as sa
 
-from app.domain import Answer, Play, Signal
+from app.domain import Answer, Play
 from app.storage.play_rows import from_row, to_row
 from app.storage.store import Store
 from app.storage.tables import items, plays
@@ -79,7 +79,7 @@ class ClosedPlay:
 
     item: int
     slot: int
-    signal: Signal
+    signal: str
 
 
 def insert(store: Store, play: Play) -> None:
@@ -93,7 +93,7 @@ def close(store: Store, play: Play, slot: int, answer: Answer, at: datetime) -> 
         {
             "user": play.user,
             "play": play.id,
-            "answer_signal": answer.signal.value,
+            "answer_signal": answer.signal,
             "answer_fraction": answer.fraction,
             "in_slot": slot,
             "at": at,
@@ -121,7 +121,7 @@ def closed(store: Store, user: str, before: int | None = None) -> list[ClosedPla
         rows = store.rows(CLOSED_PLAYS, {"user": user})
     else:
         rows = store.rows(BEFORE_SLOT, {"user": user, "slot": before})
-    return [ClosedPlay(row.item, row.closed, Signal(row.signal)) for row in rows]
+    return [ClosedPlay(row.item, row.closed, row.signal) for row in rows]
 
 
 def page(store: Store, user: str, before: int, limit: int) -> Sequence[Play]:

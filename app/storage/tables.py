@@ -64,6 +64,7 @@ models = sa.Table(
     sa.Column("created_at", Instant, nullable=False),
     sa.Column("catalogue", sa.Integer, nullable=False),
     sa.Column("retired", sa.Boolean, nullable=False),
+    sa.Column("signals", sa.JSON(none_as_null=True), nullable=True),
     sa.Index(None, "catalogue"),
 )
 

@@ -12,6 +12,7 @@ OF_THE_CONTENT = {
     "invalid_model",
     "unknown_item",
     "unknown_model",
+    "unknown_signal",
 }
 
 

@@ -22,6 +22,7 @@ from app.storage.packing import Entries, pack, unpack
 from app.storage.store import Store
 from app.storage.tables import beliefs, users
 from tests.app.service import Service
+from tests.catalogues import SERIES, SIMPLE
 
 T = TypeVar("T")
 
@@ -75,6 +76,27 @@ def test_beliefs_cut_short_are_found_and_mended(listened: Service) -> None:
     assert "cannot be read" in found.findings[0].problem
     rebuild(listened, "ann")
     assert audit(listened)[0].findings == []
+
+
+def test_signals_that_models_lost_are_no_fault(listened: Service) -> None:
+    for model in ("item-1", "item-2", "item-3", "item-4", "item-5"):
+        listened.put_model(model, SERIES)
+    for item in ("item-1", "item-2"):
+        report = {"item": item, "signal": "partial"}
+        listened.client.post("/v1/users/ann/plays", json=report).raise_for_status()
+    several = audit(listened)
+    listened.put_model("item-1", SIMPLE)
+    due = audit(listened)
+    report = {"item": "item-1", "signal": "like"}
+    listened.client.post("/v1/users/ann/plays", json=report).raise_for_status()
+    carried_on = listened.beliefs("ann")
+
+    assert [(one.stale, one.findings) for one in several] == [(False, []), (True, [])]
+    assert [(one.stale, one.findings) for one in due] == [(True, [])] * 2
+    assert [one.findings for one in audit(listened)] == [[], []]
+    rebuild(listened)
+    assert [(one.stale, one.findings) for one in audit(listened)] == [(False, [])] * 2
+    assert listened.beliefs("ann") == carried_on
 
 
 def test_what_was_forgotten_is_forgotten_by_a_rebuild_too(service: Service) -> None:

@@ -316,7 +316,7 @@ def test_a_model_that_looks_like_a_mistake_is_told(
     assert said.status == 0
     assert list(said.json["warnings"]) == ["odd"]
     (warning,) = said.json["warnings"]["odd"]
-    assert "like falls from state 'low'" in warning
+    assert "falls from state 'low'" in warning
     assert said.err == f"Warning: model 'odd': {warning}\n"
 
 
@@ -330,6 +330,27 @@ def test_what_was_to_be_imported_first_is_told(
 
     assert said.err.startswith("line 1: model: unknown model 'pop'\n")
     assert said.err.endswith("Nothing was changed. Import models first.\n")
+
+
+def test_signals_that_no_model_has_are_entered_on_demand_alone(
+    encore: Encore, sqlite_url: str, tmp_path: Path
+) -> None:
+    at = ("--database-url", sqlite_url)
+    file = tmp_path / "file.ndjson"
+    for kind, entry in {"models": MODEL, "items": ITEM}.items():
+        file.write_text(json.dumps(entry))
+        assert encore("import", kind, file, *at).status == 0
+    file.write_text(json.dumps(PLAY | {"signal": "partial"}))
+
+    refused = encore("import", "history", file, *at)
+    entered = encore("import", "history", file, "--any-signal", *at)
+
+    assert refused.err.startswith(
+        "line 1: signal: unknown signal 'partial'; known here: skip, like, none\n"
+    )
+    assert "With --any-signal they are entered" in refused.err
+    assert entered.out == "users 1, entered 1, known 0\n"
+    assert encore("audit", *at).status == 0
 
 
 def test_models_are_not_read_from_csv(encore: Encore, sqlite_url: str) -> None:

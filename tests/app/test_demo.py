@@ -168,7 +168,24 @@ def test_interest_moves_as_the_models_say() -> None:
 
     heard = [listener.hear(name) for name in "aaabbaab"]
 
-    assert heard == [False, True, False, True, False, True, False, True]
+    assert [each.signal for each in heard] == ["skip", "like"] * 4
+    assert [each.reward for each in heard] == [0, 1] * 4
+
+
+def test_listeners_answer_with_the_signals_of_the_model() -> None:
+    stays = np.eye(3).tolist()
+    plain = model("plain", stays, stays, [0, 1, 1], [0, 1, 0])
+    told = model("told", stays, stays, [0, 0.5, 1], [0, 1, 0]).model_copy(
+        update={
+            "signals": ["skip", "partial", "complete"],
+            "observe": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+            "reward": [0, 0.5, 1],
+        }
+    )
+    nature = Nature.of([plain, told], [item("a", "told"), item("b", "plain")])
+    listener = Listener(nature, np.random.default_rng(0))
+
+    assert [listener.hear(name) for name in "ab"] == [("partial", 0.5), ("like", 1)]
 
 
 def test_listeners_of_one_seed_are_the_same() -> None:
@@ -177,9 +194,9 @@ def test_listeners_of_one_seed_are_the_same() -> None:
         [model("m", even, even, [0.3, 0.7], [0.5, 0.5])], [item("a", "m")]
     )
 
-    def heard() -> list[bool]:
+    def heard() -> list[float]:
         listener = Listener(nature, np.random.default_rng([3, 1]))
-        return [listener.hear("a") for _ in range(50)]
+        return [listener.hear("a").reward for _ in range(50)]
 
     first = heard()
     assert first == heard()
@@ -254,6 +271,10 @@ def model(
         like=like,
         prior=prior,
         source="",
+        signals=["skip", "like"],
+        observe=[[1 - chance, chance] for chance in like],
+        reward=[0, 1],
+        fractions=None,
         created_at=datetime.now(UTC),
         warnings=[],
     )

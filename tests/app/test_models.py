@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 
 from policies import LIKE, SKIP, Model, ModelSet, replayed, rested
 from tests.app.service import Service
+from tests.catalogues import SERIES
 
 POP: dict[str, Any] = {
     "states": ["low", "high"],
@@ -44,6 +45,43 @@ WRONG: list[tuple[dict[str, Any], str, str]] = [
     ({"states": [f"s{n}" for n in range(65)]}, "invalid_request", "states"),
     ({"source": "\x00"}, "invalid_request", "source"),
     ({"colour": "red"}, "invalid_request", "colour"),
+    ({"like": None}, "invalid_model", "like"),
+    ({"observe": [[1], [1]]}, "invalid_model", "observe"),
+    ({"reward": [1]}, "invalid_model", "reward"),
+    ({"fractions": {"skip": 0}}, "invalid_model", "fractions"),
+]
+WRONG_SIGNALS: list[tuple[dict[str, Any], str, str]] = [
+    ({"like": [0.1, 0.2, 0.3]}, "invalid_model", "like"),
+    ({"observe": None}, "invalid_model", "observe"),
+    ({"reward": None}, "invalid_model", "reward"),
+    ({"signals": ["a", "b", "none"]}, "invalid_model", "signals.2"),
+    ({"signals": ["a", "b", "a"]}, "invalid_model", "signals.2"),
+    ({"signals": ["a", "b"]}, "invalid_model", "observe"),
+    ({"signals": []}, "invalid_request", "signals"),
+    ({"signals": ["a", "b", "c d"]}, "invalid_request", "signals.2"),
+    ({"signals": ["a", "x" * 65, "c"]}, "invalid_request", "signals.1"),
+    ({"signals": [f"y{n}" for n in range(33)]}, "invalid_request", "signals"),
+    (
+        {"observe": [*SERIES["observe"][:2], [0.5, 0.4, 0.2]]},
+        "invalid_model",
+        "observe.2",
+    ),
+    ({"observe": [*SERIES["observe"][:2], [0.5, 0.5]]}, "invalid_model", "observe"),
+    ({"observe": SERIES["observe"][:2]}, "invalid_model", "observe"),
+    ({"observe": [[1, 0, -0.1]] * 3}, "invalid_request", "observe.0.2"),
+    ({"reward": [0, 1]}, "invalid_model", "reward"),
+    ({"reward": [0, 1, 1.0000005]}, "invalid_model", "reward.2"),
+    ({"reward": [0, 1, 1.5]}, "invalid_request", "reward.2"),
+    ({"fractions": {"skip": 0, "love": 0.5}}, "invalid_model", "fractions.love"),
+    ({"fractions": {"skip": 0.1}}, "invalid_model", "fractions"),
+    ({"fractions": {"skip": 0, "partial": 0}}, "invalid_model", "fractions"),
+    (
+        {"fractions": {"skip": 0, "partial": 1.1}},
+        "invalid_request",
+        "fractions.partial",
+    ),
+    ({"fractions": {"skip": "0"}}, "invalid_request", "fractions.skip"),
+    ({"fractions": {}}, "invalid_request", "fractions"),
 ]
 
 
@@ -107,6 +145,24 @@ def test_each_change_of_a_model_is_a_version(service: Service) -> None:
     )
 
 
+def test_signals_are_part_of_a_version(service: Service) -> None:
+    changes: list[dict[str, Any]] = [
+        {},
+        {},
+        {"reward": [0, 0.5, 1]},
+        {"reward": [0, 0.5, 1], "signals": ["skip", "half", "complete"]},
+        {"fractions": {"skip": 0, "partial": 0.2}},
+        {"fractions": {"partial": 0.2, "skip": 0}},
+    ]
+
+    told = [put(service, "series", SERIES | change)[1] for change in changes]
+
+    assert [each["version"] for each in told] == [1, 1, 2, 3, 4, 4]
+    assert [each["warnings"] for each in told] == [[]] * 6
+    second = service.client.get("/v1/models/series", params={"version": 2}).json()
+    assert second == told[2]
+
+
 def test_what_looks_like_a_mistake_is_told(service: Service) -> None:
     _, told = put(service, "pop", POP | {"like": [0.9, 0.2]})
 
@@ -119,6 +175,11 @@ def test_a_wrong_model_is_refused_with_the_field_named(
 ) -> None:
     for change, code, field in WRONG:
         status, told = put(service, "pop", POP | change)
+
+        assert (status, told["code"]) == (422, code), change
+        assert told["errors"][0]["field"] == field
+    for change, code, field in WRONG_SIGNALS:
+        status, told = put(service, "pop", SERIES | change)
 
         assert (status, told["code"]) == (422, code), change
         assert told["errors"][0]["field"] == field

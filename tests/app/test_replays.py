@@ -3,6 +3,7 @@
 import asyncio
 from datetime import timedelta
 from functools import partial
+from typing import Any
 from uuid import UUID
 
 import pytest
@@ -13,7 +14,7 @@ from app.storage import plays
 from app.storage.database import Database
 from app.storage.store import Store
 from tests.app.service import Service
-from tests.catalogues import SIMPLE
+from tests.catalogues import SERIES, SIMPLE
 
 POLICIES: list[tuple[str, dict[str, object]]] = [
     ("random", {}),
@@ -48,6 +49,33 @@ def test_decisions_can_be_taken_again_whatever_changed(example: Service) -> None
         assert again == (shown["item"], shown["like"], shown["propensity"])
 
 
+def test_decisions_of_signals_can_be_taken_again_without_them(
+    service: Service,
+) -> None:
+    for name in ("one", "two"):
+        service.put_model(name, SERIES)
+        service.put_item(name, name)
+    made = []
+    for policy, signal in zip(
+        ("myopic", "random") * 2, SERIES["signals"] * 2, strict=False
+    ):
+        service.set_policy(policy)
+        made.append(service.next("ann"))
+        service.answer(made[-1]["play"], signal)
+    before = [explained(service, play["play"]) for play in made]
+
+    service.put_model("one", SIMPLE)
+    service.put_model("two", SERIES | {"signals": ["a", "b", "c"]})
+
+    assert [explained(service, play["play"]) for play in made] == before
+    assert before[-1]["groups"] == 2
+    expected = [
+        (play["play"], (play["item"], play["like"], play["propensity"]))
+        for play in made
+    ]
+    assert taken_again(service, [play["play"] for play in made]) == expected
+
+
 def test_a_play_that_was_reported_was_not_decided(example: Service) -> None:
     taken = example.client.post(
         "/v1/users/ann/plays", json={"item": "item-2", "signal": "like"}
@@ -59,6 +87,12 @@ def test_a_play_that_was_reported_was_not_decided(example: Service) -> None:
     assert record["explanation"] is None
     with pytest.raises(ValueError, match="was not recommended"):
         taken_again(example, [taken["play"]])
+
+
+def explained(service: Service, play: str) -> dict[str, Any]:
+    answer = service.client.get(f"/v1/plays/{play}", params={"explain": True})
+    found: dict[str, Any] = answer.json()["explanation"]
+    return found
 
 
 Outcome = tuple[str, float, float]

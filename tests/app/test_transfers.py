@@ -24,6 +24,7 @@ from app.services.model_imports import import_models
 from app.settings import Settings
 from app.storage.database import Database
 from tests.app.service import ADMIN, Service
+from tests.catalogues import SERIES, SIMPLE
 
 T = TypeVar("T")
 
@@ -84,6 +85,7 @@ def history_in(
     format_: Format = Format.NDJSON,
     *,
     dry_run: bool = False,
+    any_signal: bool = False,
     progress: Callable[[int, int], object] | None = None,
 ) -> HistoryImported:
     file = LineFile(BytesIO(text.encode()), format_, HISTORY)
@@ -92,7 +94,13 @@ def history_in(
     return with_database(
         service,
         lambda database: import_history(
-            database, live, settings, file, dry_run=dry_run, progress=progress
+            database,
+            live,
+            settings,
+            file,
+            any_signal=any_signal,
+            dry_run=dry_run,
+            progress=progress,
         ),
     )
 
@@ -124,6 +132,59 @@ def test_a_service_can_be_moved_with_all_its_beliefs(
     for user in ("ann", "bob", "日本"):
         assert elsewhere.beliefs(user) == example.beliefs(user)
     assert elsewhere.client.get("/v1/items/item-3").json()["active"] is False
+
+
+def test_models_of_signals_are_moved_with_all_that_was_told(
+    service: Service, elsewhere: Service
+) -> None:
+    service.put_model("series", SERIES | {"fractions": {"skip": 0, "partial": 0.2}})
+    service.put_model("film", SERIES)
+    for item, model in (("a", "series"), ("b", "film")):
+        service.put_item(item, model)
+    plays: list[dict[str, Any]] = [
+        {"item": "a", "signal": "complete"},
+        {"item": "b", "signal": "partial"},
+        {"item": "a", "fraction": 0.3},
+    ]
+    for play in plays:
+        service.client.post("/v1/users/ann/plays", json=play).raise_for_status()
+    service.put_model("film", SIMPLE)
+
+    files = [exported(service, e) for e in (export_models, export_items)]
+    models_in(elsewhere, "".join(files[0]))
+    items_in(elsewhere, "".join(files[1]))
+    history = "".join(exported(service, export_history))
+    with pytest.raises(InvalidImport) as refused:
+        history_in(elsewhere, history)
+    entered = history_in(elsewhere, history, any_signal=True)
+
+    assert [fault.field for fault in refused.value.faults] == ["line 2: signal"]
+    assert entered == HistoryImported(users=1, entered=3, known=0)
+    assert [exported(elsewhere, e) for e in (export_models, export_items)] == files
+    assert "".join(exported(elsewhere, export_history)) == history
+    assert elsewhere.beliefs("ann") == service.beliefs("ann")
+
+
+def test_a_share_in_a_history_needs_a_model_that_takes_shares(
+    service: Service,
+) -> None:
+    service.put_model("series", SERIES)
+    service.put_item("a", "series")
+    lines = [
+        {"user": "ann", "item": "a", "signal": "partial"},
+        {"user": "ann", "item": "a", "fraction": 0.3},
+        {"user": "ann", "item": "a", "signal": "like", "fraction": 0.3},
+    ]
+    text = "".join(json.dumps(line) + "\n" for line in lines)
+
+    with pytest.raises(InvalidImport) as refused:
+        history_in(service, text)
+    with pytest.raises(InvalidImport) as still:
+        history_in(service, text, any_signal=True)
+
+    fields = [fault.field for fault in refused.value.faults]
+    assert fields == ["line 2: fraction", "line 3: signal"]
+    assert [fault.field for fault in still.value.faults] == ["line 2: fraction"]
 
 
 def test_a_history_imported_twice_is_entered_once(example: Service) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn
 
-from policies import NEVER, Floats, Model, ModelSet, Situation, untouched
+from policies import NEVER, Floats, Model, ModelSet, Signals, Situation, untouched
 
 DATA = Path(__file__).parent / "data"
 
@@ -80,6 +80,22 @@ def random_model(rng: np.random.Generator, size: int) -> Model:
         rng.dirichlet(np.ones(size), size),
         rng.random(size),
         rng.dirichlet(np.ones(size)),
+    )
+
+
+def telling_model(rng: np.random.Generator, size: int, signals: int) -> Model:
+    """A random model of that many states and signals."""
+    return Model(
+        [f"s{i}" for i in range(size)],
+        rng.dirichlet(np.ones(size), size),
+        rng.dirichlet(np.ones(size), size),
+        None,
+        rng.dirichlet(np.ones(size)),
+        Signals(
+            [f"y{k}" for k in range(signals)],
+            rng.dirichlet(np.ones(signals), size),
+            rng.random(signals),
+        ),
     )
 
 

@@ -9,7 +9,7 @@ from itertools import product
 
 import numpy as np
 
-from policies import LIKE, SKIP, Floats, Model
+from policies import NONE, Floats, Model
 from policies.randomness import ANSWERS, ITEMS, uniform
 from policies.rollout import Rollout
 from tests.policies.instances import Instance
@@ -30,11 +30,9 @@ class Slot:
 
 def emission(model: Model, state: int, slot: Slot) -> float:
     """Return the chance of the signal in a hidden state."""
-    if slot.played and slot.signal == LIKE:
-        return float(model.like[state])
-    if slot.played and slot.signal == SKIP:
-        return 1 - float(model.like[state])
-    return 1.0
+    if not slot.played or slot.signal == NONE:
+        return 1.0
+    return float(model.observe[state, slot.signal])
 
 
 def enumerated_belief(model: Model, slots: Sequence[Slot]) -> Floats:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from policies import InvalidModel, Model
+from policies import InvalidModel, Model, Signals
 from tests.policies.instances import paper
 
 STATES = ("low", "high")
@@ -52,6 +52,63 @@ def test_a_wrong_part_is_named(field: str, changes: dict[str, object]) -> None:
 
     assert caught.value.field == field
     assert str(caught.value).startswith(f"{field}: ")
+
+
+def told(**changes: object) -> Signals:
+    parts = {
+        "names": ("skip", "partial", "complete"),
+        "observe": [[0.7, 0.2, 0.1], [0.1, 0.3, 0.6]],
+        "reward": [0, 0.4, 1],
+    }
+    build = Signals
+    return build(**(parts | changes))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("field", "signals"),
+    [
+        ("signals", told(names=())),
+        ("signals", told(names="abc")),
+        ("signals[2]", told(names=("skip", "partial", "skip"))),
+        ("signals[1]", told(names=("skip", "", "complete"))),
+        ("signals[1]", told(names=("skip", "none", "complete"))),
+        ("observe", told(observe=[[0.7, 0.3], [0.4, 0.6]])),
+        ("observe", told(observe=[[0.7, 0.2, 0.1]])),
+        ("observe[1]", told(observe=[[0.7, 0.2, 0.1], [0.1, 0.3, 0.7]])),
+        ("observe[0]", told(observe=[[1.2, -0.3, 0.1], [0.1, 0.3, 0.6]])),
+        ("reward", told(reward=[0, 1])),
+        ("reward[1]", told(reward=[0, 1.1, 1])),
+        ("reward[0]", told(reward=[-0.1, 0, 1])),
+    ],
+)
+def test_a_wrong_part_of_the_signals_is_named(field: str, signals: Signals) -> None:
+    with pytest.raises(InvalidModel) as caught:
+        make(like=None, signals=signals)
+
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize("changes", [{"like": None}, {"signals": told()}])
+def test_either_likes_or_signals_are_given(changes: dict[str, object]) -> None:
+    with pytest.raises(InvalidModel) as caught:
+        make(**changes)
+
+    assert caught.value.field == "like"
+
+
+def test_signals_imply_what_a_play_is_worth() -> None:
+    model = make(like=None, signals=told())
+
+    assert model.signals == ("skip", "partial", "complete")
+    assert_allclose(model.like, [0.2 * 0.4 + 0.1, 0.3 * 0.4 + 0.6], atol=1e-15)
+
+
+def test_likes_are_signals_too() -> None:
+    model = make()
+
+    assert model.signals == ("skip", "like")
+    assert_array_equal(model.observe, [[1 - 0.1, 0.1], [1 - 0.9, 0.9]])
+    assert_array_equal(model.reward, [0, 1])
 
 
 def test_rows_within_the_tolerance_are_normalised() -> None:

@@ -2,7 +2,7 @@ import numpy as np
 from numpy.testing import assert_allclose, assert_array_equal
 
 from policies import ModelSet
-from tests.policies.instances import random_models
+from tests.policies.instances import random_models, telling_model
 
 
 def test_smaller_models_are_padded_with_states_nobody_is_in() -> None:
@@ -18,6 +18,19 @@ def test_smaller_models_are_padded_with_states_nobody_is_in() -> None:
     assert_array_equal(stacked.like[0, 2:], 0)
     assert_array_equal(stacked.prior[0, 2:], 0)
     assert_array_equal(stacked.prior[1], models[1].prior)
+
+
+def test_fewer_signals_are_padded_with_signals_never_given() -> None:
+    rng = np.random.default_rng(5)
+    models = [telling_model(rng, 2, 3), telling_model(rng, 4, 5)]
+
+    stacked = ModelSet.of(models)
+
+    assert_array_equal(stacked.signals, [3, 5])
+    assert_array_equal(stacked.observe[0, :3, :2], models[0].observe.T)
+    assert_array_equal(stacked.observe[0, 3:], 0)
+    assert_array_equal(stacked.reward[0], [*models[0].reward, 0, 0])
+    assert_array_equal(stacked.observe[1], models[1].observe.T)
 
 
 def test_powers_are_powers_and_stay_stochastic() -> None:

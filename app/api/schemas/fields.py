@@ -28,8 +28,10 @@ UNSEEN = (
     r"\u2028-\u202f\u205f-\u206f\u3000\ufeff\ufff9-\ufffb"
 )
 ID = rf"^(\.{{0,2}}[^.{UNSEEN}][^{UNSEEN}]*|\.{{3}}[^{UNSEEN}]*)$"
+SIGNAL = rf"^[^{UNSEEN}]+$"
 WORDS = rf"^[^{UNSEEN}]+( [^{UNSEEN}]+)*$"
 VISIBLE = re.compile(ID)
+TOLD = re.compile(SIGNAL)
 NO_NUL = r"^[^\u0000]*$"
 
 
@@ -52,6 +54,12 @@ def _visible(text: str) -> str:
     return storable(text)
 
 
+def _told(text: str) -> str:
+    if not TOLD.fullmatch(text):
+        raise ValueError("must consist of visible characters")
+    return storable(text)
+
+
 def _decoded(raw: object) -> object:
     """Decode a path segment, which arrives as it was sent."""
     return unquote(raw, errors="strict") if isinstance(raw, str) else raw
@@ -67,6 +75,12 @@ Id = Annotated[
         json_schema_extra={"pattern": ID},
     ),
 ]
+SignalName = Annotated[
+    str,
+    StringConstraints(strict=True, min_length=1, max_length=64),
+    AfterValidator(_told),
+    Field(json_schema_extra={"pattern": SIGNAL}),
+]
 PathId = Annotated[Id, BeforeValidator(_decoded)]
 Names = Annotated[list[Id], Query(max_length=100)]
 NO_NAMES: list[str] = []  # a default_factory is inspected anew for each request
@@ -80,3 +94,12 @@ Note = Annotated[
     ),
 ]
 Chance = Annotated[float, Field(ge=0, le=1)]
+Reward = Annotated[
+    float,
+    Field(
+        ge=0,
+        le=1,
+        description="expected reward of a play: the chance of a like where signals"
+        " are skip and like",
+    ),
+]

@@ -8,16 +8,15 @@ from typing import Annotated, Self, TypeVar
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from app.api.faults import message_of
-from app.api.schemas.fields import Chance, Form, Id
+from app.api.schemas.fields import Chance, Form, Id, SignalName
 from app.api.schemas.items import ItemForm
 from app.api.schemas.models import ModelForm
-from app.domain import Signal
 from app.errors import Fault
 from app.services.formats import Record, json_object
 from app.services.histories import PastPlay
 from app.services.items import NewItem
 from app.services.lines import BadRecord, Layout
-from app.services.models import NewModel
+from app.services.new_models import NewModel
 
 F = TypeVar("F", bound=Form)
 
@@ -52,7 +51,7 @@ class PlayLine(Form):
 
     user: Id
     item: Id
-    signal: Signal | None = None
+    signal: SignalName | None = None
     fraction: Annotated[Chance | None, Field(strict=True)] = None
     at: Moment | None = None
 

@@ -1,14 +1,14 @@
 """Forms of the loop that listeners live in."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Self
 from uuid import UUID
 
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
-from app.api.schemas.fields import Chance, Form, Id
+from app.api.schemas.fields import Chance, Form, Id, Reward, SignalName
 from app.api.schemas.plays import ExplanationView
-from app.domain import Selection, Signal
+from app.domain import Selection
 from app.services.listening import Feedback
 from app.services.standing import Offer
 
@@ -51,7 +51,14 @@ class FeedbackForm(Form):
 
     model_config = ConfigDict(json_schema_extra={"oneOf": ONE_OF_BOTH})
 
-    signal: Signal | None = None
+    signal: Annotated[
+        SignalName | None,
+        Field(
+            description="one that the item's model has: skip or like, unless it names"
+            " others; or none: it was never answered",
+            examples=["like"],
+        ),
+    ] = None
     fraction: Annotated[Chance | None, Field(strict=True, examples=[0.93])] = None
 
     @model_validator(mode="after")
@@ -76,7 +83,10 @@ class NextPlay(Form):
     title: str
     tags: list[str]
     payload: Mapping[str, object]
-    like: Annotated[Chance, Field(description="chance of a like that was predicted")]
+    like: Reward
+    signals: Annotated[
+        Sequence[str], Field(description="what it may be answered with, beside `none`")
+    ]
     propensity: Annotated[
         Chance, Field(description="chance with which the policy chose this item")
     ]
@@ -95,6 +105,7 @@ class NextPlay(Form):
             tags=list(offer.shelf.tags),
             payload=offer.shelf.payload,
             like=offer.play.predicted,
+            signals=offer.signals,
             propensity=offer.play.propensity or 0.0,
             policy=PolicyName(version=offer.policy.version, name=offer.policy.name),
             pending=offer.repeated,
@@ -105,7 +116,7 @@ class FeedbackTaken(Form):
     """What became of an answer."""
 
     play: UUID
-    signal: Signal
+    signal: str
     slot: Annotated[int, Field(description="the user's slot after the answer")]
     repeated: Annotated[bool, Field(description="the same answer was given before")]
     next: NextPlay | None = None

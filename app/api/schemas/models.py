@@ -1,18 +1,19 @@
 """Forms of item models."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from typing import Annotated, Self
 
-from pydantic import AfterValidator, Field, StringConstraints
+from pydantic import AfterValidator, ConfigDict, Field, JsonValue, StringConstraints
 
-from app.api.schemas.fields import WORDS, Form, Note, storable
+from app.api.schemas.fields import WORDS, Chance, Form, Note, SignalName, storable
 from app.api.schemas.pages import NextCursor
-from app.domain import ItemModel
-from app.services.models import NewModel
+from app.domain import ItemModel, ItemSignals
+from app.services.new_models import NewModel
 
 MOST_STATES = 64
+MOST_SIGNALS = 32
 NAME = re.compile(WORDS)
 
 
@@ -33,10 +34,47 @@ Probability = Annotated[
 ]
 Vector = Annotated[list[Probability], Field(min_length=2, max_length=MOST_STATES)]
 Matrix = Annotated[list[Vector], Field(min_length=2, max_length=MOST_STATES)]
+BySignal = Annotated[list[Probability], Field(min_length=1, max_length=MOST_SIGNALS)]
+OWN = ("signals", "observe", "reward")
+LIKE_OR_SIGNALS: list[JsonValue] = [
+    {
+        "title": given[0],
+        "required": [*given],
+        "properties": {
+            **{name: {"not": {"type": "null"}} for name in given},
+            **{name: {"type": "null"} for name in left},
+        },
+    }
+    for given, left in ((("like",), (*OWN, "fractions")), (OWN, ("like",)))
+]
+CHAINS: dict[str, JsonValue] = {
+    "states": ["low", "high"],
+    "play": [[0.9, 0.1], [0.4, 0.6]],
+    "rest": [[0.7, 0.3], [0.1, 0.9]],
+    "prior": [0.5, 0.5],
+}
+EXAMPLES: list[JsonValue] = [
+    {**CHAINS, "like": [0.2, 0.9]},
+    {
+        **CHAINS,
+        "signals": ["skip", "partial", "complete"],
+        "observe": [[0.7, 0.2, 0.1], [0.1, 0.2, 0.7]],
+        "reward": [0, 0.4, 1],
+        "fractions": {"skip": 0, "partial": 0.2, "complete": 0.9},
+    },
+]
 
 
 class ModelForm(Form):
-    """How interest in an item moves, state to state, and how it is answered."""
+    """How interest in an item moves, state to state, and how it is answered.
+
+    A play tells a skip or a like, then `like` is needed; or it tells one of the
+    `signals` that the model names, then `observe` and `reward` are needed.
+    """
+
+    model_config = ConfigDict(
+        json_schema_extra={"oneOf": LIKE_OR_SIGNALS, "examples": EXAMPLES}
+    )
 
     states: Annotated[
         list[StateName],
@@ -44,30 +82,45 @@ class ModelForm(Form):
             min_length=2,
             max_length=MOST_STATES,
             description="names of the hidden states of interest",
-            examples=[["low", "high"]],
         ),
     ]
     play: Annotated[
-        Matrix,
-        Field(
-            description="row i: where state i moves when the item is played",
-            examples=[[[0.9, 0.1], [0.4, 0.6]]],
-        ),
+        Matrix, Field(description="row i: where state i moves when the item is played")
     ]
     rest: Annotated[
         Matrix,
-        Field(
-            description="row i: where state i moves when another item is played",
-            examples=[[[0.7, 0.3], [0.1, 0.9]]],
-        ),
+        Field(description="row i: where state i moves when another item is played"),
     ]
-    like: Annotated[
-        Vector, Field(description="chance of a like, by state", examples=[[0.2, 0.9]])
-    ]
-    prior: Annotated[
-        Vector, Field(description="belief about a new user", examples=[[0.5, 0.5]])
-    ]
+    like: Annotated[Vector | None, Field(description="chance of a like, by state")] = (
+        None
+    )
+    prior: Annotated[Vector, Field(description="belief about a new user")]
     source: Annotated[Note, Field(description="where these numbers come from")] = ""
+    signals: Annotated[
+        list[SignalName] | None,
+        Field(
+            min_length=1,
+            max_length=MOST_SIGNALS,
+            description="names of what a play may tell; none of them is `none`",
+        ),
+    ] = None
+    observe: Annotated[
+        list[BySignal] | None,
+        Field(
+            min_length=2,
+            max_length=MOST_STATES,
+            description="row i: chance of each signal in state i",
+        ),
+    ] = None
+    reward: Annotated[BySignal | None, Field(description="worth of each signal")] = None
+    fractions: Annotated[
+        dict[SignalName, Annotated[Chance, Field(strict=True)]] | None,
+        Field(
+            min_length=1,
+            max_length=MOST_SIGNALS,
+            description="least share played that means a signal, by its name",
+        ),
+    ] = None
 
     def model(self, model_id: str) -> NewModel:
         return NewModel(
@@ -78,6 +131,10 @@ class ModelForm(Form):
             self.like,
             self.prior,
             self.source,
+            self.signals,
+            self.observe,
+            self.reward,
+            self.fractions,
         )
 
 
@@ -89,16 +146,36 @@ class ModelView(Form):
     states: Sequence[str]
     play: Sequence[Sequence[float]]
     rest: Sequence[Sequence[float]]
-    like: Sequence[float]
+    like: Annotated[
+        Sequence[float],
+        Field(
+            description="expected reward of a play, by state: the chance of a like"
+            " where signals are skip and like"
+        ),
+    ]
     prior: Sequence[float]
     source: str
+    signals: Annotated[
+        Sequence[str], Field(description="what a play may tell, beside `none`")
+    ]
+    observe: Annotated[
+        Sequence[Sequence[float]],
+        Field(description="row i: chance of each signal in state i"),
+    ]
+    reward: Annotated[Sequence[float], Field(description="worth of each signal")]
+    fractions: Annotated[
+        Mapping[str, float] | None,
+        Field(description="least share played that means a signal; null: not given"),
+    ]
     created_at: datetime
     warnings: Annotated[
         Sequence[str], Field(description="allowed, but looks like a mistake")
     ]
 
     @classmethod
-    def of(cls, model: ItemModel, warnings: Sequence[str]) -> Self:
+    def of(
+        cls, model: ItemModel, signals: ItemSignals, warnings: Sequence[str]
+    ) -> Self:
         return cls(
             id=model.id,
             version=model.version,
@@ -108,6 +185,10 @@ class ModelView(Form):
             like=model.like,
             prior=model.prior,
             source=model.source,
+            signals=signals.names,
+            observe=signals.observe,
+            reward=signals.reward,
+            fractions=signals.fractions,
             created_at=model.created_at,
             warnings=warnings,
         )

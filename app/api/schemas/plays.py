@@ -7,8 +7,8 @@ from uuid import UUID
 
 from pydantic import Field
 
-from app.api.schemas.fields import Chance, Form
-from app.domain import Play, Signal, Source
+from app.api.schemas.fields import Chance, Form, Reward
+from app.domain import Play, Source
 from app.services.catalogue import Shelf
 from app.services.explanations import Record
 
@@ -25,7 +25,7 @@ class PlayView(Form):
     ]
     decided_slot: Annotated[int, Field(description="the slot it was chosen for")]
     source: Source
-    signal: Signal | None
+    signal: str | None
     fraction: Chance | None
     policy: int | None
     catalogue: int
@@ -34,7 +34,7 @@ class PlayView(Form):
     seed: Annotated[
         str | None, Field(description="as text: it has more digits than a double")
     ]
-    like: Annotated[Chance, Field(description="chance of a like that was predicted")]
+    like: Reward
     propensity: Chance | None
     created_at: datetime
     answered_at: datetime | None
@@ -71,7 +71,7 @@ class GroupView(Form):
     count: int
     states: Sequence[str]
     belief: Sequence[float]
-    like: Chance
+    like: Reward
     score: float
     rested: int | None
 

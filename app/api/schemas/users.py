@@ -5,7 +5,7 @@ from typing import Annotated, Self
 
 from pydantic import Field
 
-from app.api.schemas.fields import Chance, Form, Id
+from app.api.schemas.fields import Form, Id, Reward
 from app.api.schemas.listening import FeedbackForm
 from app.api.schemas.pages import NextCursor
 from app.api.schemas.plays import PlayView
@@ -27,7 +27,7 @@ class BeliefView(Form):
     model: str
     states: Sequence[str]
     belief: Annotated[Sequence[float], Field(description="probability of each state")]
-    like: Chance
+    like: Reward
     rested: Annotated[
         int | None, Field(description="slots since it was played, null: untouched")
     ]
@@ -49,7 +49,7 @@ class PlannedPlay(Form):
     item: str
     title: str
     slot: int
-    like: Chance
+    like: Reward
     pending: bool
 
     @classmethod
@@ -70,18 +70,18 @@ class Playlist(Form):
 
 class ForecastPoint(Form):
     rested: Annotated[int, Field(description="further slots of rest")]
-    like: Chance
+    like: Reward
 
 
 class ForecastView(Form):
-    """The chance of a like of one item, if it rests from now on."""
+    """The expected reward of one item, if it rests from now on."""
 
     user: str
     item: str
     slot: int
     rested: Annotated[int | None, Field(description="slots rested so far")]
-    like: Annotated[Chance, Field(description="chance of a like now")]
-    threshold: Annotated[float, Field(description="chance at which it counts as back")]
+    like: Reward
+    threshold: Annotated[float, Field(description="reward at which it counts as back")]
     back_in: Annotated[
         int | None, Field(description="slots until then; null: not in this forecast")
     ]
