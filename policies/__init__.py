@@ -15,6 +15,7 @@ from policies.belief import (
     rested,
     untouched,
 )
+from policies.bounds import Bound, bound
 from policies.choice import Choice, Mixture, choose
 from policies.index_table import IndexTable, build
 from policies.model import NO_ANSWER, InvalidModel, Model, Signals
@@ -38,6 +39,7 @@ __all__ = [
     "POLICIES",
     "SKIP",
     "Answered",
+    "Bound",
     "Bounds",
     "Choice",
     "Floats",
@@ -57,6 +59,7 @@ __all__ = [
     "answered",
     "as_floats",
     "as_ints",
+    "bound",
     "build",
     "build_all",
     "choose",
