@@ -94,7 +94,7 @@ def test_answers_in_any_order_teach_the_same(example: Service) -> None:
             assert len(example.beliefs(f"user-{user}")["beliefs"]) == number + 1
         held.append(example.beliefs(f"user-{user}")["beliefs"])
 
-    items = [play["item"] for play in slate]
+    items = [play["item"] for play in example.next("another", count=3)["plays"]]
     oracle.take_together(dict(zip(items, signals, strict=True)))
     assert held == held[:1] * 6
     as_expected(example, "user-0", oracle)
@@ -209,7 +209,10 @@ def test_a_report_does_not_disturb_a_slate(example: Service) -> None:
     intact(example)
 
 
-def test_what_waits_is_not_forgotten_while_other_slots_pass(service: Service) -> None:
+@pytest.mark.parametrize("replaced", [False, True])
+def test_what_waits_is_not_forgotten_while_other_slots_pass(
+    service: Service, *, replaced: bool
+) -> None:
     """Nor is what is played again meanwhile remembered for longer than by a rebuild."""
     service.put_model("slow", SLOW)
     for item in ("early", "late", "again", "other"):
@@ -226,6 +229,8 @@ def test_what_waits_is_not_forgotten_while_other_slots_pass(service: Service) ->
     for _ in range(260):
         report(service, "ann", "other", "none")
     intact(service)
+    if replaced:
+        service.put_model("slow", SLOW | {"like": [1e-6, 0.99]})
     for item in ("again", "late"):
         report(service, "ann", item, "like")
     for item in ("early", "late"):
@@ -359,15 +364,13 @@ def report(service: Service, user: str, item: str, signal: str) -> dict[str, Any
 def history(service: Service, user: str, limit: int = 1000) -> list[dict[str, Any]]:
     """Closed plays, the earliest first."""
     found: list[dict[str, Any]] = []
-    cursor: dict[str, str] = {}
+    query: dict[str, str | int] = {"limit": limit}
     while True:
-        page = service.client.get(
-            f"/v1/users/{user}/plays", params={"limit": limit} | cursor
-        ).json()
+        page = service.client.get(f"/v1/users/{user}/plays", params=query).json()
         found += page["plays"]
         if page["next"] is None:
             return found[::-1]
-        cursor = {"cursor": page["next"]}
+        query["cursor"] = page["next"]
 
 
 def shown(play: dict[str, Any]) -> tuple[int, str, str]:
