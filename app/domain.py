@@ -176,6 +176,11 @@ class Slate:
         return Slate(waiting, self.slot(slot)) if waiting else None
 
 
+def settled(slot: int, pending: Slate | None) -> int:
+    """The slot before which all is closed, for a user in this slot."""
+    return slot if pending is None else pending.slot(slot)
+
+
 @dataclass(frozen=True, slots=True)
 class User:
     """Where a user stands. A user never seen has version 0."""
@@ -189,8 +194,7 @@ class User:
 
     @property
     def settled(self) -> int:
-        """The slot before which all is answered."""
-        return self.slot if self.pending is None else self.pending.slot(self.slot)
+        return settled(self.slot, self.pending)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,13 +1,13 @@
 """Whether what is kept about users is what the log of plays says; and making it so."""
 
 from collections.abc import AsyncIterator, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 
 import numpy as np
 
-from app.domain import User
+from app.domain import User, settled
 from app.errors import UserNotFound
 from app.services import beliefs
 from app.services.catalogue import Catalogue
@@ -86,8 +86,7 @@ def rebuild_user(store: Store, live: Live, user_id: str) -> None:
     log = plays.closed(store, user_id)
     slot = log[-1].slot + 1 if log else 0
     pending = plays.pending_of(store, user_id)
-    settled = replace(user, slot=slot, pending=pending).settled
-    entries = beliefs.rebuilt(catalogue, log, settled)
+    entries = beliefs.rebuilt(catalogue, log, settled(slot, pending))
     users.move(store, user, slot=slot, pending=pending, at=datetime.now(UTC))
     users.keep_beliefs(store, user_id, catalogue.epoch, pack(entries))
 

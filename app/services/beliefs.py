@@ -123,7 +123,9 @@ def after_play(
     catalogue: Catalogue, entries: Entries, slot: int, serial: int, signal: Signal
 ) -> tuple[Entries, Answered]:
     """The entries after a play in a slot, and what its answer taught."""
-    known = without_forgotten(catalogue, _only(entries, serial), slot)
+    row, known = _row(entries, serial), entries
+    if row is not None and slot - entries.slot[row] >= REMEMBERED:
+        known = without_forgotten(catalogue, entries, slot)
     belief, _ = of_item(catalogue, known, slot, serial)
     learned = answered(
         catalogue.models, catalogue.row_of(serial), belief, SIGNALS[signal]
@@ -133,8 +135,8 @@ def after_play(
 
 def has_passed(entries: Entries, slot: int, serial: int) -> bool:
     """Whether an item's belief is of a later slot, in which it was played meanwhile."""
-    own = _only(entries, serial)
-    return bool(np.any(own.slot > slot))
+    row = _row(entries, serial)
+    return row is not None and int(entries.slot[row]) > slot
 
 
 def without_forgotten(catalogue: Catalogue, entries: Entries, slot: int) -> Entries:
@@ -180,13 +182,7 @@ def _row(entries: Entries, serial: int) -> int | None:
     return row if found else None
 
 
-def _only(entries: Entries, serial: int) -> Entries:
-    """The entry of one item, if there is one."""
-    row = _row(entries, serial)
-    return _rows(entries, slice(0) if row is None else slice(row, row + 1))
-
-
-def _rows(entries: Entries, rows: Ints | slice) -> Entries:
+def _rows(entries: Entries, rows: Ints) -> Entries:
     return Entries(entries.serial[rows], entries.slot[rows], entries.belief[rows])
 
 

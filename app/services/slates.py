@@ -19,7 +19,7 @@ def decide(
     candidates: Candidates, policy: InForce, seed: int, count: int
 ) -> Sequence[Decision]:
     """Choose items for the places of one slot; there must be as many."""
-    if policy.policy.is_index:
+    if count > 1 and policy.policy.is_index:
         policy = replace(policy, scorer=_once(policy.scorer))
     made: list[Decision] = []
     while len(made) < count:

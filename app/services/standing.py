@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
+from uuid import UUID
 
 from uuid_utils.compat import uuid7
 
@@ -17,6 +18,7 @@ from app.domain import (
     Slate,
     Source,
     User,
+    settled,
 )
 from app.services import beliefs, decisions, slates
 from app.services.catalogue import Catalogue
@@ -61,16 +63,11 @@ class Standing:
 
     def take_place(self, play: Play) -> int:
         """Give a pending play its slot: that of its slate, if it is not too late."""
-        slot = self.slot
-        if self.pending is not None:
-            slot = self.slot_of(play.item, self.pending.slot(slot))
-            self.pending = self.pending.without(play, slot)
+        if self.pending is None:
+            return self.slot
+        slot = self._shared(self.pending.slot(self.slot), play.item)
+        self.pending = self.pending.without(play, slot)
         return slot
-
-    def slot_of(self, serial: int, shared: int) -> int:
-        """The slot to share, but the present one for an item played since then."""
-        passed = beliefs.has_passed(self.entries, shared, serial)
-        return self.slot if passed else shared
 
     def learn(self, slot: int, serial: int, answer: Answer) -> Answered:
         """Learn the answer to an item that was played in a slot, at the latest now."""
@@ -122,17 +119,18 @@ class Standing:
 
     def forget(self) -> None:
         """Drop what need not be kept."""
-        settled = replace(self.user, slot=self.slot, pending=self.pending).settled
-        self.entries = beliefs.without_forgotten(self.catalogue, self.entries, settled)
+        self.entries = beliefs.without_forgotten(
+            self.catalogue, self.entries, settled(self.slot, self.pending)
+        )
 
     def report(self, serial: int, report: Report, beside: Play | None = None) -> Play:
         """Enter a play that the user chose alone; `beside`: in the slot of another."""
-        slot = self.slot if beside is None else self.slot_of(serial, beside.slot)
+        slot = self.slot if beside is None else self._shared(beside.slot, serial)
         belief, _ = beliefs.of_item(self.catalogue, self.entries, slot, serial)
         like = beliefs.expected(self.catalogue, serial, belief)
         at = report.at or self.at
         play = replace(
-            self._play(serial, slot, like),
+            self._play(uuid7(), serial, slot, like),
             source=Source.REPORTED,
             closed=slot,
             signal=report.answer.signal,
@@ -149,9 +147,11 @@ class Standing:
     def _chosen(
         self, made: Sequence[Decision], policy: InForce, selection: Selection
     ) -> tuple[Play, ...]:
-        chosen = [
+        ids = [uuid7() for _ in made]
+        return tuple(
             replace(
-                self._play(decision.serial, self.slot, decision.predicted),
+                self._play(ids[place], decision.serial, self.slot, decision.predicted),
+                slate=ids[0],
                 place=place,
                 policy=policy.version.version,
                 seed=decision.seed,
@@ -159,12 +159,16 @@ class Standing:
                 propensity=decision.choice.propensity,
             )
             for place, decision in enumerate(made)
-        ]
-        return tuple(replace(play, slate=chosen[0].id) for play in chosen)
+        )
 
-    def _play(self, serial: int, slot: int, predicted: float) -> Play:
+    def _shared(self, slot: int, serial: int) -> int:
+        """A slot to share, or the present one if the item was played since."""
+        if slot < self.slot and beliefs.has_passed(self.entries, slot, serial):
+            return self.slot
+        return slot
+
+    def _play(self, play_id: UUID, serial: int, slot: int, predicted: float) -> Play:
         model = self.catalogue.model_of(serial)
-        play_id = uuid7()
         return Play(
             id=play_id,
             slate=play_id,

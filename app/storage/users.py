@@ -79,17 +79,20 @@ def by_id(store: Store, user: str) -> tuple[Revision, User]:
     rows = store.rows(BY_USER, {"user": user})
     if not rows:
         raise LookupError("the database has no revision row: it was not migrated")
-    return _revision(rows[0]), _user(user, rows)
+    return _revision(rows[0]), _user(user, rows, _waiting(rows))
 
 
 def by_play(store: Store, play: UUID) -> tuple[Revision, User, Play] | None:
     """What is in force, where the play's user stands, and the play."""
     rows = store.rows(BY_PLAY, {"play": play})
-    waiting = next((from_row(row) for row in rows if row.id == play), None)
-    asked = log.by_id(store, play) if rows and waiting is None else waiting
+    if not rows:
+        return None
+    waiting = _waiting(rows)
+    asked = next((one for one in waiting if one.id == play), None)
+    asked = asked or log.by_id(store, play)
     if asked is None:
         return None
-    return _revision(rows[0]), _user(asked.user, rows), asked
+    return _revision(rows[0]), _user(asked.user, rows, waiting), asked
 
 
 def pending_of(store: Store, user: str) -> tuple[UUID | None, int | None]:
@@ -137,22 +140,21 @@ def _revision(row: sa.Row[Any]) -> Revision:
     return Revision(row.revision_catalogue, row.revision_epoch, row.revision_policy)
 
 
-def _user(user: str, rows: Sequence[sa.Row[Any]]) -> User:
+def _waiting(rows: Sequence[sa.Row[Any]]) -> tuple[Play, ...]:
+    found = [from_row(row) for row in rows if row.id is not None]
+    return tuple(sorted(found, key=attrgetter("place")))
+
+
+def _user(user: str, rows: Sequence[sa.Row[Any]], waiting: tuple[Play, ...]) -> User:
     row = rows[0]
     if row.user_version is None:
         return User(user)
+    is_pending = waiting and row.user_pending is not None
     return User(
         id=user,
         slot=row.user_slot,
         version=row.user_version,
-        pending=_pending(rows),
+        pending=Slate(waiting, row.user_pending_slot) if is_pending else None,
         epoch=row.beliefs_epoch or 0,
         packed=next((row.packed for row in rows if row.packed), b""),
     )
-
-
-def _pending(rows: Sequence[sa.Row[Any]]) -> Slate | None:
-    if rows[0].id is None or rows[0].user_pending is None:
-        return None
-    waiting = sorted(map(from_row, rows), key=attrgetter("place"))
-    return Slate(tuple(waiting), rows[0].user_pending_slot)
