@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from app.domain import Play, Revision
-from app.services import beliefs, decisions, selections
+from app.services import beliefs, decisions, selections, slates
 from app.services.catalogue import Catalogue, Shelf, stacked
 from app.services.decisions import Decision
 from app.services.live import Live, load_policy
@@ -31,7 +31,11 @@ def replay(store: Store, live: Live, play: Play) -> Replay:
     now = beliefs.at(catalogue, entries, play.slot)
     pool = selections.pool(catalogue, play.selection)
     candidates = decisions.candidates(catalogue, pool, now, policy.policy)
-    decide = partial(decisions.decide, candidates, policy.scorer, play.seed)
+    together = [item for item, _ in plays.of_slate(store, play)]
+    before = together[: play.place]
+    decide = partial(
+        slates.decide_next, candidates, policy, play.seed, before, len(together)
+    )
     return Replay(catalogue, store.aside(decide))
 
 
