@@ -1,6 +1,6 @@
 """Encore and other libraries before the same simulated listeners.
 
-    python -m benchmarks.peers [--runs 400] [--worlds static satiation arbitrary]
+    python -m benchmarks.peers [--runs 200] [--worlds static satiation arbitrary]
 
 A listener has a true hidden state for each of 15 items, and answers by it. Encore knows
 the parameters, or something wrong; the peers learn from the answers, or begin with a
@@ -26,7 +26,7 @@ LIBRARIES = ("numpy", "numba", "river", "mabwiser", "vowpalwabbit", "coba")
 
 def options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=400, help="listeners in each world")
+    parser.add_argument("--runs", type=int, default=200, help="listeners in each world")
     parser.add_argument("--slots", type=int, default=200)
     parser.add_argument("--catalogues", type=int, default=10, help="share the runs")
     parser.add_argument("--seed", type=int, default=1)

@@ -61,14 +61,17 @@ def learners(
         Competitor(
             name,
             "a log" if count else "nothing",
-            ", ".join(
-                filter(None, [setting, f"{count * SESSION} plays" * (count > 0)])
-            ),
+            described(setting, count),
             taught(make, count),
         )
         for setting, make in settings.items()
         for count in (0, *sessions)
     ]
+
+
+def described(setting: str, count: int) -> str:
+    plays = f"{count * SESSION} plays" if count else ""
+    return ", ".join(filter(None, [setting, plays]))
 
 
 def taught(

@@ -54,7 +54,7 @@ class Coba:
         pass
 
     def choose(self) -> int:
-        item, self.chance = self.learner.predict(None, ALL)
+        item, _chance = self.learner.predict(None, ALL)
         return int(item)
 
     def learn(self, item: int, *, liked: bool) -> None:
@@ -73,10 +73,10 @@ def river_thompson(likes: int, skips: int, seed: int) -> River:
 
 def competitors() -> list[Competitor]:
     ucb = {
-        f"delta {delta}" + f", fading {fading}" * (fading is not None): partial(
-            river_ucb, delta, fading
-        )
-        for delta, fading in [(1.0, None), (0.3, None), (0.1, None), (0.3, 0.05)]
+        "delta 1.0": partial(river_ucb, 1.0, None),
+        "delta 0.3": partial(river_ucb, 0.3, None),
+        "delta 0.1": partial(river_ucb, 0.1, None),
+        "delta 0.3, fading 0.05": partial(river_ucb, 0.3, 0.05),
     }
     thompson = {
         f"Beta({likes}, {skips})": partial(river_thompson, likes, skips)
