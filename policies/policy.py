@@ -43,7 +43,10 @@ class Policy(Protocol):
         """Discount of the index tables that `prepare` has to be given; None: none."""
 
     def prepare(self, models: ModelSet, tables: Tables, /) -> Scorer:
-        """Compute what depends on the models alone; slow, once per model set."""
+        """Compute what depends on the models alone; slow, once per model set.
+
+        The tables are those of `models.separated()`: one for each sample of a model.
+        """
 
     def cost(self, situation: Situation, /) -> float:
         """Estimate the microseconds that scoring `situation` takes, roughly."""

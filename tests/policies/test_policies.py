@@ -32,7 +32,9 @@ from tests.policies.instances import (
 NAMES = st.sampled_from(sorted(POLICIES))
 SEEDS = st.integers(0, 2**63 - 1)
 FAST: Mapping[str, Mapping[str, object]] = {
-    "rollout": {"horizon": 3, "trajectories": 20}
+    "rollout": {"horizon": 3, "trajectories": 20},
+    "whittle_mc": {"horizon": 3, "trajectories": 20, "iterations": 10},
+    "thompson": {"policy": {"name": "rollout", "params": {"horizon": 3}}},
 }
 
 
