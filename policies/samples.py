@@ -4,7 +4,7 @@ import numpy as np
 
 from policies.arrays import Floats, Ints
 from policies.bayes import IMPOSSIBLE
-from policies.compiled import compiled
+from policies.compiled import compiled, inner
 from policies.model_set import ModelSet
 
 
@@ -28,22 +28,27 @@ def conditioned(
         states: T, most states of a sample.
     """
     found = np.zeros((draws, len(model), states))
-    for k in range(draws):
-        for g in range(len(model)):
-            samples = models.samples[model[g]]
-            size = models.states[model[g]] // samples
-            first, last = k % samples * size, (k % samples + 1) * size
-            if _mass(belief, g, first, last) < IMPOSSIBLE:
-                first, last = 0, samples * size
-            mass = _mass(belief, g, first, last) if samples > 1 else 1.0
-            for i in range(first, last):
-                found[k, g, i % size] += belief[g, i] / mass
+    for g in range(len(model)):
+        samples = models.samples[model[g]]
+        size = models.states[model[g]] // samples
+        for k in range(draws):
+            first = k % samples * size
+            for i in range(first, first + size):
+                found[k, g, i - first] = belief[g, i]
+            if samples > 1 and not _normalise(found, k, g):
+                for i in range(samples * size):
+                    found[k, g, i % size] += belief[g, i]
+                _normalise(found, k, g)
     return found
 
 
-@compiled
-def _mass(belief: Floats, g: int, first: int, last: int) -> float:
+@inner
+def _normalise(beliefs: Floats, k: int, g: int) -> bool:
+    """Divide a row by its sum; say whether it has one, else write zeros."""
     total = 0.0
-    for i in range(first, last):
-        total += belief[g, i]
-    return total
+    for i in range(beliefs.shape[2]):
+        total += beliefs[k, g, i]
+    possible = total >= IMPOSSIBLE
+    for i in range(beliefs.shape[2]):
+        beliefs[k, g, i] = beliefs[k, g, i] / total if possible else 0.0
+    return possible

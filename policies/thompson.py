@@ -1,7 +1,7 @@
 """Act as if one draw from the posterior over models were the truth.
 
 Thompson (1933), "On the likelihood that one unknown probability exceeds another"; for
-restless bandits with hidden states, Jiang, Jain and others (2023), "Online restless
+restless bandits with hidden states, Jiang and others (2023), "Online restless
 bandits with unobserved states". The draws are the models' samples. A policy that plans
 on the models themselves weighs the samples and what it may learn of them; this one
 learns by trying what might be the best.
@@ -92,7 +92,8 @@ class Thompson:
     def cost(self, situation: Situation) -> float:
         """Estimate the microseconds of one call."""
         draws = int(situation.models.samples.max(initial=1))
-        return draws * (5.0 + self.policy.cost(situation))
+        own = 3.0 + 0.015 * len(situation.model)
+        return draws * (own + self.policy.cost(situation))
 
 
 def _imagined(situation: Situation, drawn: Sequence[ModelSet]) -> Iterator[Situation]:

@@ -14,6 +14,7 @@ from policies import (
     POLICIES,
     Floats,
     Mixture,
+    Model,
     ModelSet,
     Policy,
     Situation,
@@ -120,6 +121,27 @@ def test_padding_changes_no_score(name: str, seed: int, draw: int) -> None:
         score(name, situation(padded, [0, 1, 2], wide, [1, 2, 1]), draw),
         scores,
         atol=1e-13,
+    )
+
+
+@settings(deadline=None, max_examples=60)
+@given(NAMES, st.integers(0, 2**32), SEEDS)
+def test_samples_that_agree_are_the_model(name: str, seed: int, draw: int) -> None:
+    model = random_models(seed, [3])[0]
+    parts = model.states, model.play, model.rest, model.like, model.prior
+    alone, three = (
+        ModelSet.of([Model(*parts, samples=samples)]) for samples in ((), [model] * 3)
+    )
+    rng = np.random.default_rng(seed)
+    belief, weight = rng.dirichlet(np.ones(3), 4), rng.dirichlet(np.ones(3), 4)
+    pairs = (weight[:, :, None] * belief[:, None]).reshape(4, 9)
+
+    scores = score(name, situation(alone, [0] * 4, belief, [1, 2, 1, 1]), draw)
+
+    assert_allclose(
+        score(name, situation(three, [0] * 4, pairs, [1, 2, 1, 1]), draw),
+        scores,
+        atol=1e-9,
     )
 
 
