@@ -45,7 +45,8 @@ class Policy(Protocol):
     def prepare(self, models: ModelSet, tables: Tables, /) -> Scorer:
         """Compute what depends on the models alone; slow, once per model set.
 
-        The tables are those of `models.separated()`: one for each sample of a model.
+        The tables are those of `models.separated()`: one for each sample of a model,
+        which `thompson` tells apart. Without samples, one for each model.
         """
 
     def cost(self, situation: Situation, /) -> float:

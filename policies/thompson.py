@@ -15,11 +15,11 @@ import numpy as np
 
 from policies.arrays import Ints
 from policies.choice import Mixture, mixed
+from policies.exact_rollout import ExactRollout
 from policies.layers import Layers, stacked
 from policies.model_set import ModelSet
 from policies.parameters import check
 from policies.policy import Policy, Scorer
-from policies.rollout import Rollout
 from policies.samples import conditioned
 from policies.situation import Situation, Slate
 from policies.tables import Tables
@@ -40,7 +40,7 @@ class Thompson:
     """
 
     policy: Annotated[Policy, "policy followed on the models drawn"] = field(
-        default_factory=Rollout
+        default_factory=ExactRollout
     )
 
     def __post_init__(self) -> None:
