@@ -88,16 +88,16 @@ def test_history_tells_who_and_why_and_a_rollback_goes_back_step_by_step(
 
     assert (back["version"], back["name"], back["restores"]) == (4, "myopic", 2)
     assert (back["note"], back["by"]) == ("too greedy", key)
-    assert (further["name"], further["restores"]) == ("rollout", 1)
+    assert (further["name"], further["restores"]) == ("exact_rollout", 1)
     assert further["params"] == ROLLOUT
     assert beyond.status_code == 409
     assert beyond.json()["code"] == "no_earlier_policy"
     assert pages(service, limit=2) == [
-        (5, "rollout", key),
+        (5, "exact_rollout", key),
         (4, "myopic", key),
         (3, "best_fixed", key),
         (2, "myopic", key),
-        (1, "rollout", "encore"),
+        (1, "exact_rollout", "encore"),
     ]
     assert client.get("/v1/admin/policy").json() == further
 
