@@ -140,6 +140,7 @@ class IndexBuilder:
             return False
         publish = partial(index_builds.publish, built=self._held)
         await self._database.run_in_turn(publish)
+        logger.info("index tables", models=[built.record.model for built in self._held])
         self._held = []
         return True
 
@@ -156,6 +157,7 @@ class IndexBuilder:
             await self._database.run(release)
         except Exception as error:  # noqa: BLE001 - others take over when claims lapse
             _tell(error)
+        self._thread.shutdown(wait=False)
 
 
 def _give_way() -> None:

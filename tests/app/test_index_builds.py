@@ -83,7 +83,11 @@ def test_what_a_killed_process_was_building_is_taken_over(
     service.set_policy("whittle", discount=SLOW)
     port = free_port()
     url = service.settings.database_url.replace("+asyncpg", "")
-    environment = {"ENCORE_DATABASE_URL": url, "ENCORE_BOOTSTRAP_KEY": ADMIN}
+    environment = {
+        "ENCORE_DATABASE_URL": url,
+        "ENCORE_BOOTSTRAP_KEY": ADMIN,
+        "ENCORE_INDEX_TABLES": "auto",
+    }
     process = start("serve", "--port", port, cwd=tmp_path, extra=environment)
     with client_of(f"http://127.0.0.1:{port}", ADMIN) as client:
         wait_until_ready(client, process)
