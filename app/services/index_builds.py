@@ -4,7 +4,7 @@ Several processes share the work by claims in the database, which lapse when the
 that holds them has not renewed them for a while.
 """
 
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
@@ -53,7 +53,7 @@ def discount_in_use(store: Store, known: Revision) -> float:
 
 
 def claim(
-    store: Store, worker: str, held: Iterable[Target], but: Container[Target]
+    store: Store, worker: str, held: Collection[Target], but: Collection[Target]
 ) -> Look:
     """Claim a table that is wanted; `is_claimed` tells whether that succeeded.
 
@@ -65,9 +65,9 @@ def claim(
     wanted = _wanted(store, known)
     now = datetime.now(UTC)
     claims = index_builds.standing(store, lapsed=now - LEASE)
-    taken = {claim.target for claim in claims}
+    taken = {*held, *but, *(claim.target for claim in claims)}
     for job in wanted:
-        if job.target not in taken and job.target not in but:
+        if job.target not in taken:
             index_builds.claim(store, job.target, worker, now=now, lapsed=now - LEASE)
             return Look(known, len(wanted), job)
     return Look(known, len(wanted), None)

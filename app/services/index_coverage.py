@@ -47,8 +47,8 @@ class Coverage:
         if self.not_indexable:
             told.append(
                 f"Not indexable at discount {self.discount}:"
-                f" {_few(self.not_indexable)}. The Lagrangian index is used in place"
-                " of Whittle's."
+                f" {_few(self.not_indexable)}. Where the policy asks for Whittle's"
+                " index, it uses the Lagrangian index."
             )
         if self.too_large:
             told.append(

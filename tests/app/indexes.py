@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import httpx
+from prometheus_client.parser import text_string_to_metric_families
 
 from app.settings import Settings
 from tests.app.service import Service
@@ -44,3 +45,13 @@ def until(client: httpx.Client, model: str, state: str, **query: float) -> Repor
 def present_policy(client: httpx.Client) -> Mapping[str, Any]:
     policy: Mapping[str, Any] = client.get("/v1/admin/policy").json()
     return policy
+
+
+def metric(client: httpx.Client, name: str) -> float:
+    """The sum of what a metric counts."""
+    return sum(
+        sample.value
+        for family in text_string_to_metric_families(client.get("/metrics").text)
+        for sample in family.samples
+        if sample.name == name
+    )

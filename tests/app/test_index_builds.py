@@ -4,9 +4,7 @@ import signal
 from datetime import timedelta
 from pathlib import Path
 
-import httpx
 import pytest
-from prometheus_client.parser import text_string_to_metric_families
 
 from app.domain import ItemModel
 from app.errors import DatabaseUnavailable
@@ -14,10 +12,10 @@ from app.services import index_builder, index_builds, index_tables
 from app.services.index_builds import Look
 from app.services.index_tables import Built
 from tests.app.commands import start
-from tests.app.indexes import building, report, until
+from tests.app.indexes import building, metric, report, until
 from tests.app.postgres import free_port
 from tests.app.service import ADMIN, Service, client_of
-from tests.app.workers import served, wait_until_ready
+from tests.app.workers import wait_until_ready
 from tests.catalogues import SIMPLE, paper_example
 
 SLOW = 0.999  # a discount at which a full table of four states takes minutes
@@ -34,29 +32,6 @@ def four_states() -> dict[str, object]:
         "like": item["like"],
         "prior": item["initial_belief"],
     }
-
-
-def metric(client: httpx.Client, name: str) -> float:
-    samples = [
-        sample.value
-        for family in text_string_to_metric_families(client.get("/metrics").text)
-        for sample in family.samples
-        if sample.name == name
-    ]
-    return sum(samples)
-
-
-def test_workers_share_the_work_and_build_each_table_once(postgres_url: str) -> None:
-    models = [f"even-{number}" for number in range(8)]
-    auto = {"ENCORE_INDEX_TABLES": "auto"}
-    with served(postgres_url, workers=2, extra=auto) as client:
-        for model in models:
-            client.put(f"/v1/models/{model}", json=SIMPLE).raise_for_status()
-
-        for model in models:
-            until(client, model, "ready")
-
-        assert metric(client, "encore_index_build_seconds_count") == len(models)
 
 
 def test_progress_is_told_and_a_stop_leaves_the_work_to_others(

@@ -128,7 +128,7 @@ def test_a_model_put_under_a_table_policy_can_be_played_at_once(
     told = present_policy(service.client)
     assert told["tables"] == {"ready": 0, "rough": 2, "of": 2}
     [warning] = told["warnings"]
-    assert "Not indexable at discount 0.9: 'odd'. The Lagrangian index" in warning
+    assert warning.startswith("Not indexable at discount 0.9: 'odd'.")
 
 
 def test_models_and_policies_that_change_at_once_leave_no_gap(
