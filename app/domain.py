@@ -25,11 +25,18 @@ class Scope(StrEnum):
     ADMIN = "admin"
 
 
+class Precision(StrEnum):
+    """How fine an index table is: made at once, or as fine as it gets."""
+
+    ROUGH = "rough"
+    FULL = "full"
+
+
 @dataclass(frozen=True, slots=True)
 class Revision:
     """Which catalogue and policy are in force.
 
-    catalogue: counts every change of an item or a model
+    catalogue: counts every change of an item, a model or an index table
     epoch:     the catalogue in which a belief was last given a new meaning: beliefs
                of an earlier epoch must be rebuilt from the log of plays
     policy:    version of the policy in force

@@ -170,6 +170,42 @@ policies = sa.Table(
     sa.Column("restores", sa.Integer, nullable=True),
 )
 
+index_tables = sa.Table(
+    "index_tables",
+    metadata,
+    sa.Column("model", ID, primary_key=True),
+    sa.Column("version", sa.Integer, primary_key=True),
+    sa.Column("discount", sa.Double, primary_key=True),
+    sa.Column("precision", sa.String(8), primary_key=True),
+    sa.Column("catalogue", sa.Integer, nullable=False),
+    sa.Column("states", sa.Integer, nullable=False),
+    sa.Column("divisions", sa.Integer, nullable=False),
+    sa.Column("value_divisions", sa.Integer, nullable=False),
+    sa.Column("points", sa.Integer, nullable=False),
+    sa.Column("reached", sa.Integer, nullable=False),
+    sa.Column("unsettled", sa.Integer, nullable=False),
+    sa.Column("unsettled_elsewhere", sa.Integer, nullable=False),
+    sa.Column("error", sa.Double, nullable=False),
+    sa.Column("low", sa.Double, nullable=False),
+    sa.Column("high", sa.Double, nullable=False),
+    sa.Column("seconds", sa.Double, nullable=False),
+    sa.Column("built_at", Instant, nullable=False),
+    sa.Column("packed", sa.LargeBinary, nullable=False),
+    sa.Index(None, "catalogue"),
+    sa.Index(None, "discount"),
+)
+
+index_builds = sa.Table(
+    "index_builds",
+    metadata,
+    sa.Column("model", ID, primary_key=True),
+    sa.Column("version", sa.Integer, primary_key=True),
+    sa.Column("discount", sa.Double, primary_key=True),
+    sa.Column("worker", sa.String(32), nullable=False),
+    sa.Column("renewed_at", Instant, nullable=False),
+    sa.Column("progress", sa.Double, nullable=False),
+)
+
 keys = sa.Table(
     "keys",
     metadata,

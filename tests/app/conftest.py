@@ -71,7 +71,11 @@ def postgres_url(postgres: Server) -> Iterator[str]:
 @pytest.fixture
 def settings(database_url: str) -> Settings:
     return Settings(
-        database_url=database_url, port=0, bootstrap_key=ADMIN, log_level="error"
+        database_url=database_url,
+        port=0,
+        bootstrap_key=ADMIN,
+        log_level="error",
+        index_tables="off",
     )
 
 

@@ -79,7 +79,7 @@ def candidates(policy: Policy) -> Candidates:
         shelf = Shelf(f"item-{serial}", "", (), {})
         listing.put(serial, shelf, ("one", "two")[serial // 3], active=True)
     models = stacked(versions)
-    catalogue = Catalogue.build(Revision(1, 1, 1), versions, listing, models)
+    catalogue = Catalogue.build(Revision(1, 1, 1), versions, (), listing, models)
     played = Entries(np.array([1, 4]), np.array([3, 2]), np.array([[0.1, 0.9]] * 2))
     now = beliefs.at(catalogue, played, 5)
     found = decisions.candidates(catalogue, catalogue.pool, now, policy)
@@ -95,4 +95,5 @@ def model(name: str) -> ItemModel:
 
 def in_force(policy: Policy, scorer: Scorer) -> InForce:
     version = PolicyVersion(1, "stub", {}, "", NOW, "test")
-    return InForce(version, policy, candidates(policy).situation.models, scorer)
+    models = candidates(policy).situation.models
+    return InForce(version, policy, models, (), {}, scorer)
