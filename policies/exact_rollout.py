@@ -143,7 +143,7 @@ class ExactRollout:
             LEAVES[self.leaf],
             self.depth,
             self.depth + min(self.horizon, most),
-            self.discount,
+            float(self.discount),
             prune,
             Ceiling(_next_reward(models), ever),
         )

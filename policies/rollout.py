@@ -144,7 +144,7 @@ class Rollout:
         plan = Plan(
             self.horizon + (self.reading == "tail"),
             self.trajectories,
-            self.discount,
+            float(self.discount),
             self.base == "random",
             self.rest_matters,
             self.reward == "click",

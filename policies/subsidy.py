@@ -56,7 +56,7 @@ def arm(models: ModelSet, m: int, divisions: int, discount: float) -> Arm:
     moves = _moves(models, m, wide, steps, divisions, room)
     grid.find(steps, states, divisions, models.prior, m, room)
     first = room["rank"][room["weight"] > 0]
-    return Arm(*moves, _reached(moves, first), discount)
+    return Arm(*moves, _reached(moves, first), float(discount))
 
 
 def worth(models: ModelSet, discount: float) -> Floats:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from policies.arrays import Floats
-from policies.index_table import IndexTable, build
+from policies.index_table import MOST_POINTS, IndexTable, build
 from policies.layers import Layers, stacked
 from policies.model_set import ModelSet
 
@@ -48,16 +48,18 @@ class Tables(NamedTuple):
             np.array([table.low for table in tables]),
             np.array([table.high for table in tables]),
             all(table.indexable for table in tables),
-            discount,
+            float(discount),
         )
 
 
 NO_TABLES = Tables.of(())
 
 
-def build_all(models: ModelSet, discount: float | None) -> Tables:
+def build_all(
+    models: ModelSet, discount: float | None, most_points: int = MOST_POINTS
+) -> Tables:
     """Build the tables of all models at a discount; none if that is None."""
     if discount is None:
         return NO_TABLES
     rows = range(len(models.states))
-    return Tables.of([build(models, m, discount) for m in rows], discount)
+    return Tables.of([build(models, m, discount, most_points) for m in rows], discount)

@@ -42,7 +42,7 @@ def warm_up() -> None:
         np.array([1, NEVER]),
     )
     for policy in _variants():
-        scores = ready(policy, models)(situation, 0)
+        scores = ready(policy, models, 60)(situation, 0)
         choose(scores, situation.count, 0)
 
 

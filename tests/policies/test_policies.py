@@ -32,6 +32,7 @@ from tests.policies.instances import (
 
 NAMES = st.sampled_from(sorted(POLICIES))
 SEEDS = st.integers(0, 2**63 - 1)
+ROUGH = 60  # points of a grid of beliefs
 FAST: Mapping[str, Mapping[str, object]] = {
     "rollout": {"horizon": 3, "trajectories": 20},
     "whittle_mc": {"horizon": 3, "trajectories": 20, "iterations": 10},
@@ -41,7 +42,7 @@ FAST: Mapping[str, Mapping[str, object]] = {
 
 def score(name: str, case: Situation, seed: int = 0) -> Floats:
     policy = create(name, FAST.get(name, {}))
-    return flat(ready(policy, case.models)(case, seed))
+    return flat(ready(policy, case.models, ROUGH)(case, seed))
 
 
 def flat(scored: Floats | Mixture) -> Floats:
@@ -135,7 +136,11 @@ def test_samples_that_agree_are_the_model(policy: type[Policy]) -> None:
     pairs = (weight[:, :, None] * belief[:, None]).reshape(4, 9)
 
     scores = [
-        flat(ready(made, models)(situation(models, [0] * 4, rows, [1, 2, 1, 1]), 3))
+        flat(
+            ready(made, models, ROUGH)(
+                situation(models, [0] * 4, rows, [1, 2, 1, 1]), 3
+            )
+        )
         for models, rows in (
             (ModelSet.of([model]), belief),
             (ModelSet.of([Model(*parts, samples=[model] * 3)]), pairs),
@@ -149,7 +154,7 @@ def test_one_group_is_enough(policy: type[Policy]) -> None:
     models = ModelSet.of(random_models(1, [3]))
     case = situation(models, [0], models.prior, [1])
 
-    scores = ready(policy(), models)(case, 0)
+    scores = ready(policy(), models, ROUGH)(case, 0)
 
     assert choose(scores, case.count, 0).group == 0
 
@@ -158,7 +163,7 @@ def test_equal_items_tie_exactly(policy: type[Policy]) -> None:
     models = ModelSet.of(random_models(2, [3]))
     case = situation(models, [0] * 4, np.tile(models.prior, (4, 1)), [1] * 4)
 
-    scores = flat(ready(policy(), models)(case, 7))
+    scores = flat(ready(policy(), models, ROUGH)(case, 7))
 
     assert len(set(scores.tolist())) == 1
     assert {choose(scores, case.count, seed).group for seed in range(100)} == {
@@ -173,7 +178,7 @@ def test_no_candidates_raise(policy: type[Policy]) -> None:
     models = ModelSet.of(random_models(3, [3]))
     none = situation(models, [], np.empty((0, 3)), [])
 
-    scores = flat(ready(policy(), models)(none, 0))
+    scores = flat(ready(policy(), models, ROUGH)(none, 0))
 
     assert scores.shape == (0,)
     with pytest.raises(ValueError, match="nothing to choose"):
@@ -194,7 +199,7 @@ def test_a_policy_is_a_frozen_dataclass_that_estimates_its_cost(
 def test_only_round_robin_heeds_rest(policy: type[Policy]) -> None:
     case = paper_situation(1)
     recent = dataclasses.replace(case, rested=np.array([0, 4, 2, 9, 1]))
-    scorer = ready(policy(), case.models)
+    scorer = ready(policy(), case.models, ROUGH)
 
     same = np.array_equal(flat(scorer(case, 0)), flat(scorer(recent, 0)))
 
