@@ -219,7 +219,7 @@ def _one_of(*values: str) -> GetPydanticSchema:
 
 
 def _some_of(*values: str) -> GetPydanticSchema:
-    """One of these, or a list of several; faults are placed as in either alone."""
+    """One of these, or a list of several, in which only the first of equals counts."""
     one = core_schema.literal_schema([*values])
     several = core_schema.list_schema(one, min_length=1, max_length=len(values))
     single, multiple = SchemaValidator(one), SchemaValidator(several)
@@ -227,9 +227,7 @@ def _some_of(*values: str) -> GetPydanticSchema:
     def validate(value: object) -> object:
         chosen = multiple if isinstance(value, list) else single
         checked: object = chosen.validate_python(value, strict=True)
-        if isinstance(checked, list) and len(set(checked)) < len(checked):
-            raise ValueError("must not name one twice")
-        return checked
+        return list(dict.fromkeys(checked)) if isinstance(checked, list) else checked
 
     return GetPydanticSchema(
         lambda *_: core_schema.no_info_plain_validator_function(
