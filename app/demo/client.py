@@ -11,7 +11,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from app.api.schemas.items import ItemPage, ItemView
 from app.api.schemas.listening import FeedbackTaken, NextPlay
 from app.api.schemas.models import ModelPage, ModelView
-from app.api.schemas.policy import PolicyInForce
+from app.api.schemas.policy import PresentPolicy
 
 PAGE = 1000
 TLS = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)  # made once: it takes time, even unused
@@ -64,9 +64,9 @@ class Client:
         )
         return FeedbackTaken.model_validate_json(answer.content)
 
-    async def policy(self) -> PolicyInForce:
+    async def policy(self) -> PresentPolicy:
         answer = await self._call("GET", "/v1/admin/policy")
-        return PolicyInForce.model_validate_json(answer.content)
+        return PresentPolicy.model_validate_json(answer.content)
 
     async def swap(self, name: str, params: Mapping[str, object], note: str) -> None:
         policy = {"name": name, "params": params, "note": note}
