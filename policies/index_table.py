@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from policies import grid, subsidy
 from policies.arrays import Floats, Ints
 from policies.compiled import compiled
+from policies.ladder import sign_changes
 from policies.model_set import ModelSet
 
 MOST_POINTS = 12_500
@@ -26,8 +27,6 @@ STRIDE = 4  # every fourth of them is kept for values
 MOST_VALUES = 2_000  # points of the grid on which values are kept
 SETTLED = 1e-4  # the index may still move by this, in rewards, when a grid is finer
 PRECISION = 1e-7  # of values, in rewards
-NOISE = 1e-6  # an advantage below this is none
-AGAIN = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,14 +121,18 @@ def build(
 
 
 def divisions_of(states: int, most_points: int) -> list[int]:
-    """Return the divisions of three nested grids, the finest of `most_points`."""
+    """Return the divisions of three nested grids, the finest of `most_points`.
+
+    Of many states, some have more points even so; those are left out.
+    """
     quarter = 1
     while (
         4 * (quarter + 1) <= MOST_DIVISIONS
         and grid.size(states, 4 * (quarter + 1)) <= most_points
     ):
         quarter += 1
-    return [quarter, 2 * quarter, 4 * quarter]
+    finer = (2 * quarter, 4 * quarter)
+    return [quarter, *(d for d in finer if grid.size(states, d) <= most_points)]
 
 
 class _Climbed(NamedTuple):
@@ -155,43 +158,15 @@ def _climbed(
     """Follow value and advantage over all rungs, each from the one before."""
     ladder = np.linspace(*limits, RUNGS)
     value = arm.reward / (1 - arm.discount)
-    index = np.full(len(value), limits[0])
-    before, advantage = np.full((2, len(value)), math.inf)
-    resting = np.zeros(len(value), dtype=np.int64)
+    advantage = np.empty((RUNGS, len(value)))
     values = []
     for rung, paid in enumerate(ladder):
-        subsidy.solve(arm, float(paid), value, advantage, PRECISION)
-        _follow(before, advantage, float(paid), ladder[1] - ladder[0], index, resting)
-        before, advantage = advantage, before
+        subsidy.solve(arm, float(paid), value, advantage[rung], PRECISION)
         if rung % STRIDE == 0:
             values.append(value.copy())
         progress((rung + 1) / RUNGS)
-    return _Climbed(divisions, index, np.stack(values), arm.reached, resting == AGAIN)
-
-
-@compiled
-def _follow(
-    before: Floats,
-    advantage: Floats,
-    paid: float,
-    step: float,
-    index: Floats,
-    resting: Ints,
-) -> None:
-    """Note where resting becomes best at this rung, and where playing does again.
-
-    Between two rungs the advantage is taken for a line.
-    """
-    for point in range(len(index)):
-        if resting[point] == 0 and advantage[point] <= 0.0:
-            resting[point] = 1
-            if before[point] < np.inf:
-                fall = before[point] - advantage[point]
-                index[point] = paid - step * (-advantage[point] / fall)
-        elif resting[point] == 0:
-            index[point] = paid
-        elif advantage[point] > NOISE:
-            resting[point] = AGAIN
+    whittle, again = sign_changes(ladder, advantage)
+    return _Climbed(divisions, whittle, np.stack(values), arm.reached, again)
 
 
 def _moved(states: int, coarse: _Climbed, fine: _Climbed) -> float:

@@ -30,13 +30,15 @@ from policies.tree import (
     touch,
 )
 
+ROUNDING = 1e-12  # what rounding may have taken from a bound
+
 
 class Ceiling(NamedTuple):
     """What no item of a model can exceed, by any plays and answers.
 
     Attributes:
         reward: (M,) expected reward in the next slot.
-        leaf: (M,) value at a leaf; infinite where nothing is known.
+        leaf: (M,) worth of playing for ever.
     """
 
     reward: Floats
@@ -50,7 +52,8 @@ class Shared(NamedTuple):
         value: (B,).
         lowest: (B, T + 1) see `Tree`.
         used: (B, G) see `Tree`.
-        most: (T + 2,) more than which nothing can earn from a level on.
+        most: (T + 2,) more than which nothing can earn from a level on; infinite where
+            that is not known.
     """
 
     value: Floats
@@ -83,7 +86,7 @@ def first_plays(tree: Tree, depth: int, ceiling: Ceiling, prune: bool) -> Floats
         for g in range(total):
             if not exact[g] and (most < 0 or scores[g] > scores[most]):
                 most = g
-        if most < 0 or (prune and scores[most] < best):
+        if most < 0 or (prune and scores[most] < best - ROUNDING):
             break
         scores[most], _ = _first_play(tree, most, depth, shared, variable(0))
         exact[most] = True
@@ -106,6 +109,8 @@ def _shared(tree: Tree, depth: int, ceiling: Ceiling) -> Shared:
 @compiled
 def _most(tree: Tree, ceiling: Ceiling) -> Floats:
     end = len(tree.level) - 1
+    if tree.leaf == SUM_LEAF:
+        return np.full(end + 2, np.inf)
     most, reward, leaf = np.zeros(end + 2), 0.0, 0.0
     for k in range(tree.level[0].touched):
         reward = max(reward, ceiling.reward[tree.item[k].model])
@@ -114,8 +119,6 @@ def _most(tree: Tree, ceiling: Ceiling) -> Floats:
         m = tree.group[g]
         reward = max(reward, ceiling.reward[m], tree.schedule.like[0, g])
         leaf = max(leaf, ceiling.leaf[m])
-    if tree.leaf == SUM_LEAF:
-        leaf = np.inf
     most[end] = tree.level[end].power * leaf if tree.leaf != NO_LEAF else 0.0
     for h in range(end - 1, -1, -1):
         most[h] = most[h + 1] + tree.level[h].power * reward

@@ -72,6 +72,9 @@ def follows_another(policy: type) -> bool:
 def check(policy: object) -> None:
     """Check every parameter of `policy` against its declaration.
 
+    A whole number in place of a fraction becomes one: compiled code is built anew for
+    each kind of number that it meets.
+
     Raises:
         ValueError: a value has the wrong type or lies out of range; names the field.
     """
@@ -81,6 +84,8 @@ def check(policy: object) -> None:
             raise ValueError(
                 f"{parameter.name}: must be {_wanted(parameter)}, not {value!r}"
             )
+        if parameter.kind is float and isinstance(value, int):
+            object.__setattr__(policy, parameter.name, float(value))
 
 
 def _parameter(name: str, base: object, *metadata: object) -> Parameter:

@@ -2,14 +2,25 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn
 
-from policies import NEVER, Floats, Model, ModelSet, Signals, Situation, untouched
+from policies import (
+    NEVER,
+    Floats,
+    Model,
+    ModelSet,
+    Signals,
+    Situation,
+    Slate,
+    Tables,
+    build,
+    untouched,
+)
 
 DATA = Path(__file__).parent / "data"
 
@@ -22,16 +33,37 @@ class Instance:
     rows: tuple[int, ...]
     beliefs: tuple[Floats, ...]
     counts: tuple[int, ...]
+    rested: tuple[int, ...] = ()
+    plays: int = 1
+    chosen: tuple[tuple[int, Floats], ...] = ()
 
     def model(self, group: int) -> Model:
         return self.models[self.rows[group]]
 
     @property
+    def since(self) -> tuple[int, ...]:
+        """Slots of rest of each group; without further notice never played."""
+        return self.rested or (NEVER,) * len(self.rows)
+
+    @property
     def situation(self) -> Situation:
         models = ModelSet.of(self.models)
         width = models.like.shape[1]
-        padded = [np.pad(b, (0, width - len(b))) for b in self.beliefs]
-        return situation(models, self.rows, np.array(padded), self.counts)
+        made = situation(models, self.rows, padded(self.beliefs, width), self.counts)
+        return replace(
+            made,
+            rested=np.array(self.since, dtype=np.int64),
+            slate=Slate(
+                self.plays,
+                np.array([row for row, _ in self.chosen], dtype=np.int64),
+                padded([belief for _, belief in self.chosen], width),
+            ),
+        )
+
+
+def padded(beliefs: Sequence[Floats], width: int) -> Floats:
+    rows = [np.pad(belief, (0, width - len(belief))) for belief in beliefs]
+    return np.array(rows).reshape(len(rows), width)
 
 
 def situation(
@@ -99,6 +131,26 @@ def telling_model(rng: np.random.Generator, size: int, signals: int) -> Model:
     )
 
 
+NAMES = ("a", "b", "c")
+# Nothing is left to chance. At a discount of .9 and a subsidy of .5, "b" rests, to be
+# played for ever as "c": .5 + .9 8 > 1 + .81 8. At .1 and at .9 it is played: 1 + .81 8
+# and 1 + .9 9 are more than .1 + .9 8 and 9.
+NOT_INDEXABLE = Model(
+    NAMES,
+    [[0, 0, 1], [1, 0, 0], [0, 0, 1]],
+    [[1, 0, 0], [0, 0, 1], [0, 1, 0]],
+    None,
+    [0, 1, 0],
+    Signals(NAMES, np.eye(3), [0, 1, 0.8]),
+)
+
+
+def rough_tables(models: ModelSet, discount: float) -> Tables:
+    """Tables on coarse grids, which are built at once."""
+    rows = range(len(models.states))
+    return Tables.of([build(models, m, discount, 300) for m in rows], discount)
+
+
 def random_models(seed: int, sizes: Sequence[int]) -> list[Model]:
     rng = np.random.default_rng(seed)
     return [random_model(rng, size) for size in sizes]
@@ -118,15 +170,21 @@ def uncertain(seed: int, samples: int, states: int = 3) -> Model:
 
 
 @st.composite
-def instances(draw: DrawFn, most: int = 5) -> Instance:
+def instances(draw: DrawFn, most: int = 5, signals: Sequence[int] = ()) -> Instance:
     """Up to `most` groups of up to 3 items, of models of 2 to 4 states.
 
     Continuous parameters come from a generator, so that no two values tie by chance;
-    some groups are twins of the one before, which tie exactly.
+    some groups are twins of the one before, which tie exactly. Models have as many
+    signals as one of `signals`, or else a skip and a like.
     """
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
     sizes = draw(st.lists(st.integers(2, 4), min_size=1, max_size=3))
-    models = tuple(random_model(rng, size) for size in sizes)
+    models = tuple(
+        telling_model(rng, size, draw(st.sampled_from(signals)))
+        if signals
+        else random_model(rng, size)
+        for size in sizes
+    )
     rows: list[int] = []
     beliefs: list[Floats] = []
     for _ in range(draw(st.integers(1, most))):
@@ -137,3 +195,27 @@ def instances(draw: DrawFn, most: int = 5) -> Instance:
         beliefs.append(belief)
     counts = tuple(draw(st.integers(1, 3)) for _ in rows)
     return Instance(models, tuple(rows), tuple(beliefs), counts)
+
+
+@st.composite
+def slates(
+    draw: DrawFn, most: int = 4, signals: Sequence[int] = (), most_plays: int = 3
+) -> Instance:
+    """Instances of up to `most_plays` plays a slot, of which some are chosen already.
+
+    Groups have rested for a while, or were never played.
+    """
+    instance = draw(instances(most, signals))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    plays = draw(st.integers(1, most_plays))
+    models = st.integers(0, len(instance.models) - 1)
+    chosen = draw(st.lists(models, max_size=plays - 1))
+    return replace(
+        instance,
+        rested=tuple(draw(st.sampled_from([0, 1, 5, NEVER])) for _ in instance.rows),
+        plays=plays,
+        chosen=tuple(
+            (row, rng.dirichlet(np.ones(len(instance.models[row].states))))
+            for row in chosen
+        ),
+    )

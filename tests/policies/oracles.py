@@ -3,9 +3,11 @@
 They share the random numbers with `policies`, and nothing else.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
+from math import ceil, inf, log2, nextafter
+from typing import TypeAlias
 
 import numpy as np
 
@@ -47,52 +49,115 @@ def enumerated_belief(model: Model, slots: Sequence[Slot]) -> Floats:
     return normalised(weights)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Item:
-    """One item with a belief of its own."""
+    """One item with a belief of its own.
 
-    group: int
+    kind:    what a base ranks as one: equal groups; chosen items come before all
+    rested:  slots since its last play
+    touched: number of its first imagined play, 0 before it
+    gone:    played in the present slot; the belief is that of the next one already
+    """
+
+    kind: int
+    row: int
     model: Model
     belief: Floats
+    rested: int
     touched: int = 0
+    gone: bool = False
 
     @property
     def chance(self) -> float:
-        return float(sum(self.belief * self.model.like))
+        return float(self.belief @ self.model.like)
 
-    def after(self, *, played: bool, liked: bool, turn: int) -> "Item":
-        if not played:
-            rested = self.belief @ self.model.rest
-            return Item(self.group, self.model, rested, self.touched)
-        signal = self.model.like if liked else 1 - self.model.like
-        weights = self.belief * signal
-        moved = normalised(weights) @ self.model.play
-        return Item(self.group, self.model, moved, self.touched or turn)
+    @property
+    def chances(self) -> Floats:
+        """Of the signals."""
+        return self.belief @ self.model.observe
+
+    def answered(self, signal: int, turn: int) -> "Item":
+        told = normalised(self.belief * self.model.observe[:, signal])
+        return replace(
+            self,
+            belief=told @ self.model.play,
+            rested=0,
+            touched=self.touched or turn,
+            gone=True,
+        )
+
+    @property
+    def in_the_next_slot(self) -> "Item":
+        if self.gone:
+            return replace(self, gone=False)
+        belief = self.belief @ self.model.rest
+        return replace(self, belief=belief, rested=self.rested + 1)
 
 
-def items_of(instance: Instance) -> list[Item]:
-    """List all items, group by group."""
-    return [
-        Item(group, instance.model(group), instance.beliefs[group])
-        for group, count in enumerate(instance.counts)
-        for _ in range(count)
+Rule: TypeAlias = Callable[[Item], float]
+
+
+@dataclass(frozen=True)
+class World:
+    """All items at one moment of a slot, which ends after `plays` plays."""
+
+    items: tuple[Item, ...]
+    plays: int
+    slot: int = 0
+    turn: int = 1
+
+    @property
+    def free(self) -> list[int]:
+        """Numbers of the items that this slot has not played."""
+        return [number for number, item in enumerate(self.items) if not item.gone]
+
+    def after(self, number: int, signal: int) -> "World":
+        items = list(self.items)
+        items[number] = items[number].answered(signal, self.turn)
+        if sum(item.gone for item in items) < self.plays:
+            return World(tuple(items), self.plays, self.slot, self.turn + 1)
+        moved = tuple(item.in_the_next_slot for item in items)
+        return World(moved, self.plays, self.slot + 1, self.turn + 1)
+
+    def best(self, rule: Rule) -> int:
+        """Pick by a rule; ties: lowest kind, then untouched, then touched first."""
+        keys = {
+            number: (-rule(item), item.kind, item.touched)
+            for number, item in enumerate(self.items)
+            if not item.gone
+        }
+        return min(keys, key=keys.__getitem__)
+
+
+def world_of(instance: Instance, *, by_rest: bool = False) -> World:
+    """List all items, group by group, then those that are chosen."""
+    items = [
+        Item(
+            kind,
+            instance.rows[group],
+            instance.model(group),
+            instance.beliefs[group],
+            instance.since[group],
+        )
+        for group, kind in enumerate(kinds(instance, by_rest=by_rest))
+        for _ in range(instance.counts[group])
     ]
+    for row, belief in instance.chosen:
+        model = instance.models[row]
+        items.append(Item(-1, row, model, belief @ model.play, 0, gone=True))
+    return World(tuple(items), min(instance.plays, len(items)))
 
 
-def advance(
-    items: Sequence[Item], played: int, turn: int, *, liked: bool
-) -> list[Item]:
-    """Move every item on by one slot."""
-    return [
-        item.after(played=number == played, liked=liked, turn=turn)
-        for number, item in enumerate(items)
+def kinds(instance: Instance, *, by_rest: bool) -> list[int]:
+    """Number the groups; equal ones have one number."""
+    rested = instance.since if by_rest else (0,) * len(instance.rows)
+    keys = [
+        (row, tuple(belief), slots)
+        for row, belief, slots in zip(
+            instance.rows, instance.beliefs, rested, strict=True
+        )
     ]
-
-
-def myopic(items: Sequence[Item]) -> int:
-    """Pick the best item; ties: lowest group, then untouched, then touched first."""
-    keys = [(-item.chance, item.group, item.touched) for item in items]
-    return min(range(len(items)), key=keys.__getitem__)
+    return [list(dict.fromkeys(keys)).index(key) for key in keys]
 
 
 def first_items(instance: Instance) -> list[int]:
@@ -100,85 +165,160 @@ def first_items(instance: Instance) -> list[int]:
     return [sum(instance.counts[:group]) for group in range(len(instance.counts))]
 
 
-def naive_rollout(policy: Rollout, instance: Instance, seed: int) -> list[float]:
-    """Score every group by simulating trajectories one by one, item by item."""
-    scores = []
-    for group, first in enumerate(first_items(instance)):
-        candidate = 0
-        if not policy.common_random_numbers:
-            candidate = group if policy.base == "random" else number(instance, group)
-        own = items_of(instance)[first].chance
-        futures = [
-            naive_trajectory(policy, items_of(instance), first, (seed, t, candidate))
-            for t in range(policy.trajectories)
-        ]
-        mean = sum(futures) / policy.trajectories
-        scores.append(own + policy.discount * mean)
-    return scores
+def ever(item: Item, discount: float) -> float:
+    """Return the discounted rewards of playing an item for ever."""
+    kept = np.eye(len(item.belief)) - discount * item.model.play
+    return float(item.belief @ np.linalg.solve(kept, item.model.like))
 
 
-def number(instance: Instance, group: int) -> int:
-    """Return how many different groups lie before the first one like this one."""
-    kinds = [
-        (row, tuple(belief))
-        for row, belief in zip(instance.rows, instance.beliefs, strict=True)
-    ]
-    return list(dict.fromkeys(kinds)).index(kinds[group])
+def plain_rule(base: str, discount: float) -> Rule:
+    """Return the score by which a base plays that needs no tables."""
+    return {
+        "myopic": lambda item: item.chance,
+        "best_fixed": lambda item: ever(item, discount),
+        "round_robin": lambda item: float(item.rested),
+    }[base]
 
 
-def naive_trajectory(
-    policy: Rollout, items: list[Item], first: int, key: tuple[int, int, int]
-) -> float:
-    """Return sum_h beta^(h-1) R_h of one trajectory, in either reading."""
-    rewards = []
-    plays = policy.horizon + 1 if policy.reading == "tail" else policy.horizon
-    seed, t, candidate = key
-    for h in range(plays):
-        at = candidate * 64 + h
-        played = first
-        if h > 0 and policy.base == "myopic":
-            played = myopic(items)
-        if h > 0 and policy.base == "random":
-            played = int(uniform(seed, ITEMS, t, at) * len(items))
-        chance = items[played].chance
-        liked = uniform(seed, ANSWERS, t, at) < chance
-        rewards.append(chance if policy.reward == "expected" else float(liked))
-        items = advance(items, played, h + 1, liked=liked)
-    if policy.reading == "tail":
-        rewards = rewards[1:]
-    return sum(policy.discount**h * reward for h, reward in enumerate(rewards))
+@dataclass(frozen=True)
+class Plan:
+    """An exact rollout; a base without a rule plays at random.
+
+    leaf: what is earned after the last play, by a base's rule, from that slot on
+    """
+
+    rules: Sequence[Rule | None]
+    horizon: int
+    discount: float
+    depth: int = 1
+    leaf: Callable[[World, Rule | None], float] = lambda _world, _rule: 0.0
 
 
-def base_value(
-    items: Sequence[Item], plays: int, discount: float, base: str = "myopic"
-) -> float:
-    """Return the exact expected discounted likes of `plays` plays of a base policy."""
-    if plays == 0:
-        return 0.0
-    choices = [myopic(items)] if base == "myopic" else range(len(items))
-    values = [value_of(items, played, plays, discount, base) for played in choices]
-    return sum(values) / len(values)
-
-
-def value_of(
-    items: Sequence[Item], first: int, plays: int, discount: float, base: str = "myopic"
-) -> float:
-    """Return the exact value of playing `first`, then by the base, `plays` in all."""
-    chance = items[first].chance
-    futures = 0.0
-    for liked, weight in ((True, chance), (False, 1 - chance)):
-        if weight > 0:
-            after = advance(items, first, 100 - plays, liked=liked)
-            futures += weight * base_value(after, plays - 1, discount, base)
-    return chance + discount * futures
-
-
-def exact_rollout(
-    instance: Instance, horizon: int, discount: float, base: str = "myopic"
+def exact_scores(
+    plan: Plan, instance: Instance, *, by_rest: bool = False
 ) -> list[float]:
-    """Return what the scores of a rollout estimate, in the reading "tail"."""
-    items = items_of(instance)
-    return [
-        value_of(items, first, horizon + 1, discount, base)
-        for first in first_items(instance)
+    """Score every group by all answers to all plays, item by item."""
+    world = world_of(instance, by_rest=by_rest)
+    return [tried(plan, world, first, 1) for first in first_items(instance)]
+
+
+def tried(plan: Plan, world: World, number: int, depth: int) -> float:
+    """Return the worth of playing an item, and of the best there is after it."""
+
+    def future(after: World) -> float:
+        if depth < plan.depth:
+            return max(tried(plan, after, n, depth + 1) for n in after.free)
+        return max(based(plan, after, rule, plan.horizon) for rule in plan.rules)
+
+    return played(plan, world, number, future)
+
+
+def based(plan: Plan, world: World, rule: Rule | None, plays: int) -> float:
+    """Return the worth of some plays of a base, and of the leaf."""
+    if plays == 0:
+        return plan.discount**world.slot * plan.leaf(world, rule)
+    choices = world.free if rule is None else [world.best(rule)]
+    worths = [
+        played(plan, world, number, lambda after: based(plan, after, rule, plays - 1))
+        for number in choices
     ]
+    return sum(worths) / len(worths)
+
+
+def played(
+    plan: Plan, world: World, number: int, future: Callable[[World], float]
+) -> float:
+    """Return the reward of a play, and the mean future over its answers."""
+    item = world.items[number]
+    return plan.discount**world.slot * item.chance + sum(
+        float(chance) * future(world.after(number, signal))
+        for signal, chance in enumerate(item.chances)
+        if chance > 0
+    )
+
+
+@dataclass(frozen=True)
+class Trials:
+    """A Monte Carlo rollout, trajectory by trajectory; no rule: a random base."""
+
+    policy: Rollout
+    instance: Instance
+    seed: int
+    rule: Rule | None
+
+    @property
+    def world(self) -> World:
+        return world_of(self.instance, by_rest=self.policy.base == "round_robin")
+
+    @property
+    def candidates(self) -> list[int]:
+        """Number the first actions of all groups; equal ones have one number."""
+        if self.policy.base == "random":
+            return list(range(len(self.instance.rows)))
+        return kinds(self.instance, by_rest=self.policy.base == "round_robin")
+
+    def score(self, candidate: int, trajectories: int) -> float:
+        world = self.world
+        first = first_items(self.instance)[self.candidates.index(candidate)]
+        futures = [self.future(world, first, t, candidate) for t in range(trajectories)]
+        return world.items[first].chance + sum(futures) / trajectories
+
+    def future(self, world: World, first: int, t: int, candidate: int) -> float:
+        """Return the rewards that count beside the first one, in either reading."""
+        policy, total = self.policy, 0.0
+        start = 64 * (0 if policy.common_random_numbers else candidate)
+        for h in range(policy.horizon + (policy.reading == "tail")):
+            number = first
+            if h > 0 and self.rule is None:
+                drawn = uniform(self.seed, ITEMS, t, start + h)
+                number = world.free[int(drawn * len(world.free))]
+            elif h > 0 and self.rule is not None:
+                number = world.best(self.rule)
+            item = world.items[number]
+            signal = drawn_signal(item, uniform(self.seed, ANSWERS, t, start + h))
+            worth = policy.discount**world.slot
+            if policy.reward == "expected":
+                worth *= item.chance
+            else:
+                worth *= float(item.model.reward[signal])
+            if policy.reading == "literal":
+                total += policy.discount * worth
+            elif h > 0:
+                total += worth
+            world = world.after(number, signal)
+        return total
+
+
+def drawn_signal(item: Item, draw: float) -> int:
+    """Draw a signal: the lowest numbers give the last one."""
+    for signal in range(len(item.chances) - 1, 0, -1):
+        if draw < item.chances[signal:].sum():
+            return signal
+    return 0
+
+
+def naive_rollout(trials: Trials) -> list[float]:
+    """Score every group by as many trajectories."""
+    return [
+        trials.score(candidate, trials.policy.trajectories)
+        for candidate in trials.candidates
+    ]
+
+
+def naive_halving(trials: Trials) -> tuple[list[float], int]:
+    """Score every group by sequential halving; return the trajectories it took, too."""
+    staying = list(dict.fromkeys(trials.candidates))
+    total, out, scores = len(staying), list[int](), dict[int, float]()
+    each = used = 0
+    rounds = max(ceil(log2(total)), 1)
+    for _ in range(rounds):
+        more = max(trials.policy.trajectories * total // (len(staying) * rounds), 1)
+        each, used = each + more, used + more * len(staying)
+        scores |= {candidate: trials.score(candidate, each) for candidate in staying}
+        staying.sort(key=lambda candidate: -scores[candidate])
+        half = (len(staying) + 1) // 2
+        staying, out = staying[:half], staying[half:] + out
+    least = inf
+    for candidate in staying + out:
+        scores[candidate] = least = min(scores[candidate], nextafter(least, -inf))
+    return [scores[candidate] for candidate in trials.candidates], used

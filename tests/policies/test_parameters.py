@@ -57,6 +57,16 @@ def test_bounds_are_included(field: str, value: object) -> None:
     assert getattr(create("rollout", {field: value}), field) == value
 
 
+def test_a_whole_number_is_kept_as_a_fraction(policy: type[Policy]) -> None:
+    """Else code would be compiled for it, in the middle of a request."""
+    fractions = [p for p in parameters(policy) if p.kind is float]
+
+    made = policy(**{parameter.name: 0 for parameter in fractions})
+
+    kept = [getattr(made, parameter.name) for parameter in fractions]
+    assert [(value, type(value)) for value in kept] == [(0.0, float)] * len(kept)
+
+
 def test_policies_declare_their_parameters() -> None:
     (discount,) = parameters(BestFixed)
     assert discount == Parameter(

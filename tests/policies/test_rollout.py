@@ -1,52 +1,112 @@
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.strategies import SearchStrategy
 from numpy.testing import assert_allclose, assert_array_equal
 
-from policies import Floats, Mixture, Model, ModelSet, Situation, ready, untouched
+from policies import (
+    NO_TABLES,
+    Floats,
+    Mixture,
+    Model,
+    ModelSet,
+    Situation,
+    Tables,
+    create,
+    untouched,
+)
 from policies.rollout import Rollout
 from tests.policies.instances import (
     Instance,
-    instances,
     paper_instance,
     paper_situation,
     random_models,
+    rough_tables,
     situation,
+    slates,
 )
-from tests.policies.oracles import base_value, exact_rollout, items_of, naive_rollout
+from tests.policies.oracles import (
+    Plan,
+    Trials,
+    exact_scores,
+    naive_halving,
+    naive_rollout,
+)
+from tests.policies.rules import Rules
 
-ROLLOUTS = st.builds(
-    Rollout,
-    base=st.sampled_from(["random", "myopic"]),
-    horizon=st.integers(1, 5),
-    trajectories=st.integers(1, 12),
-    discount=st.sampled_from([0.0, 0.5, 0.95]),
-    reward=st.sampled_from(["expected", "click"]),
-    common_random_numbers=st.booleans(),
-    reading=st.sampled_from(["tail", "literal"]),
-)
+SEEDS = st.integers(0, 2**63 - 1)
+PLAIN = ("random", "myopic", "best_fixed", "round_robin")
 EXACT = [3.53666157, 3.30837371, 3.41343076, 3.30837371, 3.40664325]
 
 
-def score(policy: Rollout, case: Situation, seed: int) -> Floats:
-    scores = ready(policy, case.models)(case, seed)
+def rollouts(bases: Sequence[str]) -> SearchStrategy[Rollout]:
+    return st.builds(
+        Rollout,
+        base=st.sampled_from(bases),
+        horizon=st.integers(1, 5),
+        trajectories=st.integers(1, 12),
+        discount=st.sampled_from([0.0, 0.5, 0.95]),
+        reward=st.sampled_from(["expected", "click"]),
+        common_random_numbers=st.booleans(),
+        reading=st.sampled_from(["tail", "literal"]),
+    )
+
+
+def score(
+    policy: Rollout, case: Situation, seed: int, tables: Tables = NO_TABLES
+) -> Floats:
+    scores = policy.prepare(case.models, tables)(case, seed)
     assert not isinstance(scores, Mixture)
     return scores
 
 
-@settings(deadline=None, max_examples=150)
-@given(ROLLOUTS, instances(), st.integers(0, 2**63 - 1))
+def trials(
+    policy: Rollout, instance: Instance, seed: int, tables: Tables = NO_TABLES
+) -> Trials:
+    rules = Rules(instance, tables, policy.discount)
+    rule = None if policy.base == "random" else rules.rule(policy.base)
+    return Trials(policy, instance, seed, rule)
+
+
+def exact(
+    instance: Instance, horizon: int, base: str = "myopic", discount: float = 0.95
+) -> list[float]:
+    """Return what the scores of a rollout estimate, in the reading "tail"."""
+    rule = None
+    if base != "random":
+        rule = Rules(instance, NO_TABLES, discount).rule(base)
+    by_rest = base == "round_robin"
+    return exact_scores(Plan([rule], horizon, discount), instance, by_rest=by_rest)
+
+
+@settings(deadline=None, max_examples=120)
+@given(rollouts(PLAIN), slates(signals=(1, 2, 3)), SEEDS)
 def test_scores_are_those_of_separate_trajectories_of_separate_items(
     policy: Rollout, instance: Instance, seed: int
 ) -> None:
-    expected = naive_rollout(policy, instance, seed)
+    expected = naive_rollout(trials(policy, instance, seed))
 
-    assert_allclose(
-        score(policy, instance.situation, seed), expected, rtol=0, atol=1e-12
-    )
+    scores = score(policy, instance.situation, seed)
+
+    assert_allclose(scores, expected, rtol=0, atol=1e-12)
+
+
+@settings(deadline=None, max_examples=30)
+@given(rollouts(("whittle", "lagrangian")), slates(most=3, signals=(2, 3)), SEEDS)
+def test_scores_of_bases_by_tables_are_those_of_separate_trajectories(
+    policy: Rollout, instance: Instance, seed: int
+) -> None:
+    case = instance.situation
+    tables = rough_tables(case.models, policy.discount)
+    expected = naive_rollout(trials(policy, instance, seed, tables))
+
+    scores = score(policy, case, seed, tables)
+
+    assert_allclose(scores, expected, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize(("horizon", "trajectories"), [(50, 3), (12, 100)])
@@ -55,24 +115,9 @@ def test_long_trajectories_too(base: str, horizon: int, trajectories: int) -> No
     policy = Rollout(base=base, horizon=horizon, trajectories=trajectories)  # type: ignore[arg-type]
     instance = paper_instance(1)
 
-    expected = naive_rollout(policy, instance, 1)
+    expected = naive_rollout(trials(policy, instance, 1))
 
     assert_allclose(score(policy, instance.situation, 1), expected, rtol=0, atol=1e-11)
-
-
-@pytest.mark.parametrize(
-    ("plays", "value"), [(2, 1.21720187), (5, 2.98905286), (10, 5.48314754)]
-)
-def test_the_oracle_has_the_myopic_values_of_example_one(
-    plays: int, value: float
-) -> None:
-    assert base_value(items_of(paper_instance(1)), plays, 0.95) == pytest.approx(
-        value, abs=1e-8
-    )
-
-
-def test_the_oracle_has_the_exact_scores_of_example_one() -> None:
-    assert_allclose(exact_rollout(paper_instance(1), 5, 0.95), EXACT, atol=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -96,29 +141,100 @@ def test_scores_are_unbiased(params: Mapping[str, object]) -> None:
 
 
 @settings(deadline=None, max_examples=15)
-@given(instances(most=3))
-def test_many_trajectories_approach_the_exact_value(instance: Instance) -> None:
-    policy = Rollout(horizon=3, trajectories=10_000)
-
-    scores = score(policy, instance.situation, 1)
-
-    assert_allclose(scores, exact_rollout(instance, 3, 0.95), atol=0.03)
-
-
-@settings(deadline=None, max_examples=15)
-@given(instances(most=3), st.booleans())
-def test_a_random_base_approaches_the_mean_over_all_its_choices(
+@given(st.sampled_from(PLAIN), slates(most=3, signals=(2, 3)), st.booleans())
+def test_many_trajectories_approach_the_exact_value(
+    base: str,
     instance: Instance,
     common: bool,  # noqa: FBT001 - drawn
 ) -> None:
+    horizon = 2 if base == "random" else 3
     policy = Rollout(
-        base="random", horizon=2, trajectories=10_000, common_random_numbers=common
+        base=base,  # type: ignore[arg-type]
+        horizon=horizon,
+        trajectories=10_000,
+        common_random_numbers=common,
     )
 
     scores = score(policy, instance.situation, 1)
 
-    exact = exact_rollout(instance, 2, 0.95, base="random")
-    assert_allclose(scores, exact, atol=0.03)
+    assert_allclose(scores, exact(instance, horizon, base), atol=0.03)
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    rollouts(PLAIN).map(lambda policy: replace(policy, allocation="halving")),
+    slates(most=6, signals=(2, 3)),
+    SEEDS,
+)
+def test_halving_gives_the_better_half_the_trajectories_of_the_others(
+    policy: Rollout, instance: Instance, seed: int
+) -> None:
+    expected, used = naive_halving(trials(policy, instance, seed))
+
+    scores = score(policy, instance.situation, seed)
+
+    assert_allclose(scores, expected, rtol=0, atol=1e-12)
+    candidates = len(set(trials(policy, instance, seed).candidates))
+    rounds = max(np.ceil(np.log2(candidates)), 1)
+    budget = policy.trajectories * candidates
+    assert abs(used - budget) <= 2 * candidates + rounds
+
+
+def test_the_survivor_of_halving_scores_highest_by_all_its_trajectories() -> None:
+    """Of five items, it has 15 / 5 / 3 + 15 / 3 / 3 + 15 / 2 / 3 of them."""
+    case = paper_situation(1)
+    policy = Rollout(trajectories=3, reward="click", allocation="halving")
+    longer = Rollout(trajectories=1 + 1 + 2, reward="click")
+
+    for seed in range(100):
+        halved = score(policy, case, seed)
+        survivor = halved.argmax()
+        equal = score(longer, case, seed)[survivor]
+        assert halved[survivor] == pytest.approx(equal, abs=1e-12)
+        assert len(set(halved.tolist())) == 5
+
+
+@pytest.mark.parametrize("example", [1, 2, 3])
+def test_halving_finds_the_best_item_with_enough_trajectories(example: int) -> None:
+    policy = Rollout(trajectories=5_000, allocation="halving")
+    best = int(np.argmax(exact(paper_instance(example), 5)))
+
+    for seed in range(5):
+        assert score(policy, paper_situation(example), seed).argmax() == best
+
+
+def test_halving_finds_the_best_item_more_often_than_as_many_for_all() -> None:
+    rng = np.random.default_rng(10)
+    models = ModelSet.of(random_models(10, [3] * 16))
+    case = situation(models, range(16), rng.dirichlet(np.ones(3), 16), [1] * 16)
+    best = score(Rollout(trajectories=10_000), case, 1).argmax()
+
+    def found(allocation: str) -> int:
+        policy = Rollout(
+            trajectories=30,
+            reward="click",
+            common_random_numbers=False,
+            allocation=allocation,  # type: ignore[arg-type]
+        )
+        return sum(score(policy, case, seed).argmax() == best for seed in range(300))
+
+    assert found("halving") > found("equal") + 30
+
+
+def test_the_preset_of_the_paper_is_what_it_describes() -> None:
+    paper = create("rollout", {"preset": "paper"})
+
+    assert paper == Rollout(
+        base="myopic",
+        horizon=5,
+        trajectories=100,
+        reward="click",
+        common_random_numbers=False,
+        reading="tail",
+    )
+    assert create("rollout", {"preset": "paper", "horizon": 3}) == replace(
+        Rollout(reward="click", common_random_numbers=False), horizon=3
+    )
 
 
 def test_the_literal_reading_counts_the_first_reward_again_and_plays_once_less() -> (
