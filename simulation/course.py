@@ -44,6 +44,8 @@ class Course:
         if self.slots < 1:
             raise ValueError(f"slots: must be at least 1, not {self.slots}")
         if not 0 <= self.discount < 1:
-            raise ValueError(f"discount: must be from 0 to below 1, not {self.discount}")
+            raise ValueError(
+                f"discount: must be from 0 to below 1, not {self.discount}"
+            )
         if not 0 <= self.seed < 2**63:
             raise ValueError(f"seed: must be from 0 to below 2**63, not {self.seed}")

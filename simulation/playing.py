@@ -40,9 +40,7 @@ def decision_time(contender: Contender, start: Situation, course: Course) -> flo
     return statistics.median(took) * 1e6
 
 
-def _times(
-    contender: Contender, start: Situation, course: Course
-) -> Iterator[float]:
+def _times(contender: Contender, start: Situation, course: Course) -> Iterator[float]:
     runs = begin(start, 0, 1, course.slots)
     earned = Earned(np.zeros(1), np.zeros(len(start.model), dtype=np.int64))
     for slot in range(course.slots):
