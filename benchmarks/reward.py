@@ -29,7 +29,15 @@ from policies import (
     create,
     untouched,
 )
-from simulation import Contender, Course, contenders, slots_of, standard_error, value
+from simulation import (
+    Contender,
+    Course,
+    contenders,
+    remainder,
+    slots_of,
+    standard_error,
+    value,
+)
 
 DATA = Path(__file__).parent.parent / "tests" / "policies" / "data"
 DISCOUNT, SEED = 0.95, 1
@@ -149,7 +157,7 @@ def ready(named: Sequence[Named], start: Situation) -> Sequence[Contender]:
 def show_example(example: int, runs: int) -> None:
     start, slots = start_of(paper(example)), slots_of(DISCOUNT)
     certified = bound(start, DISCOUNT, DEPTHS[example]).value
-    left = DISCOUNT**slots / (1 - DISCOUNT) * float(start.models.like.max())
+    left = remainder(start, Course(runs, slots, DISCOUNT, SEED))
     print(f"\nexample {example}: no policy earns more than {certified:.6f}")
     print(f"{runs} runs, {MANY * runs} of the first five; {slots} slots, after which")
     print(f"at most {left:.4f} is earned; seed {SEED}\n")

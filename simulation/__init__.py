@@ -5,13 +5,14 @@ Knows policies and beliefs, and nothing of a service.
 
 from simulation.contender import Contender, contenders
 from simulation.course import Course, slots_of
-from simulation.value import Value, standard_error, value
+from simulation.value import Value, remainder, standard_error, value
 
 __all__ = [
     "Contender",
     "Course",
     "Value",
     "contenders",
+    "remainder",
     "slots_of",
     "standard_error",
     "value",

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 
 from policies import (
@@ -52,15 +53,15 @@ def contenders(
     """
     wanted = dict.fromkeys(_discounts(policies))
     missing = [discount for discount in wanted if discount not in tables]
-    built = {
-        discount: build_all(
-            models,
-            discount,
-            lambda share, done=done: progress((done + share) / len(missing)),
-        )
-        for done, discount in enumerate(missing)
-    }
-    return [_contender(policy, models, {**tables, **built}) for policy in policies]
+    known = dict(tables)
+    for done, discount in enumerate(missing):
+        advance = partial(_advance, progress, done, len(missing))
+        known[discount] = build_all(models, discount, advance)
+    return [_contender(policy, models, known) for policy in policies]
+
+
+def _advance(progress: Progress, done: int, total: int, share: float) -> None:
+    progress((done + share) / total)
 
 
 def _discounts(policies: Sequence[Policy]) -> Iterator[float]:

@@ -27,7 +27,7 @@ class Runs(NamedTuple):
         first: number of the first run.
         model: (W R,) row of the model in the model set.
         belief: (W R, S).
-        count: (W R,) items of the row; 0 where it is not in use yet.
+        items: (W R,) of the row; 0 where it is not in use yet.
         rested: (W R,) slots since the last play, NEVER if never played.
         origin: (W R,) group of the start.
         used: (R,) rows in use.
@@ -36,7 +36,7 @@ class Runs(NamedTuple):
     first: int
     model: Ints
     belief: Floats
-    count: Ints
+    items: Ints
     rested: Ints
     origin: Ints
     used: Ints
@@ -64,12 +64,12 @@ def begin(start: Situation, first: int, size: int, slots: int) -> Runs:
     """Return `size` runs at the start, with room for as many slots."""
     groups, rows = len(start.model), rows_of(start, slots)
     origin = np.repeat(np.arange(rows) % groups, size)
-    count = np.where(np.arange(rows * size) < groups * size, start.count[origin], 0)
+    items = np.where(np.arange(rows * size) < groups * size, start.count[origin], 0)
     return Runs(
         first,
         start.model[origin],
         start.belief[origin],
-        count,
+        items,
         start.rested[origin],
         origin,
         np.full(size, groups),
@@ -83,7 +83,7 @@ def situation_of(models: ModelSet, runs: Runs) -> Situation:
         models,
         runs.model[:shown],
         runs.belief[:shown],
-        runs.count[:shown],
+        runs.items[:shown],
         runs.rested[:shown],
     )
 
@@ -123,7 +123,7 @@ def play_slot(
     spare = np.empty((1, runs.belief.shape[1]))
     for r in range(size):
         for w in range(shown):
-            count[w] = runs.count[w * size + r]
+            count[w] = runs.items[w * size + r]
             for k in range(len(weight)):
                 offered[k, w] = scores[k, w * size + r]
         run = runs.first + r
@@ -144,13 +144,12 @@ def play_slot(
 def _alone(runs: Runs, r: int, group: int) -> int:
     """Return the row of the item to play, which leaves a group of several."""
     size = len(runs.used)
-    row = group * size + r
-    if runs.count[row] == 1:
+    row, own = group * size + r, int(runs.used[r] * size + r)
+    if runs.items[row] == 1:
         return row
-    own = runs.used[r] * size + r
-    runs.count[row] -= 1
+    runs.items[row] -= 1
     runs.used[r] += 1
-    runs.count[own] = 1
+    runs.items[own] = 1
     runs.model[own] = runs.model[row]
     runs.origin[own] = runs.origin[row]
     for i in range(runs.belief.shape[1]):

@@ -57,6 +57,12 @@ def standard_error(values: Floats) -> float:
     return float(values.std(ddof=1) / np.sqrt(len(values)))
 
 
+def remainder(start: Situation, course: Course) -> float:
+    """Return more than which no policy earns on average after the last slot."""
+    most = float(start.models.like[start.model].max())
+    return course.discount**course.slots / (1 - course.discount) * most
+
+
 def value(
     contenders: Sequence[Contender],
     start: Situation,
@@ -91,7 +97,7 @@ def value(
             progress((number + done / course.runs) / len(contenders))
         rewards = np.concatenate([earned.reward for earned in parts])
         first = values[0].rewards if values else rewards
-        plays = sum(earned.plays for earned in parts)
+        plays = np.sum([earned.plays for earned in parts], axis=0)
         shares = plays / (course.runs * course.slots)
         values.append(Value(rewards, rewards - first, shares, microseconds))
     return values
