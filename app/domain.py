@@ -25,11 +25,18 @@ class Scope(StrEnum):
     ADMIN = "admin"
 
 
+class Precision(StrEnum):
+    """How fine an index table is: made at once, or as fine as it gets."""
+
+    ROUGH = "rough"
+    FULL = "full"
+
+
 @dataclass(frozen=True, slots=True)
 class Revision:
     """Which catalogue and policy are in force.
 
-    catalogue: counts every change of an item or a model
+    catalogue: counts every change of an item, a model or an index table
     epoch:     the catalogue in which a belief was last given a new meaning: beliefs
                of an earlier epoch must be rebuilt from the log of plays
     policy:    version of the policy in force
@@ -125,9 +132,12 @@ class Play:
     catalogue: the catalogue in which it was chosen
     predicted: expected reward that was believed: with skip and like, chance of a like
     propensity: chance with which the policy chose this item
+    slate:     the first of the plays that were chosen with it for one slot, or itself
+    place:     its number among them, from 0
     """
 
     id: UUID
+    slate: UUID
     user: str
     item: int
     slot: int
@@ -137,6 +147,7 @@ class Play:
     model_version: int
     predicted: float
     created_at: datetime
+    place: int = 0
     closed: int | None = None
     policy: int | None = None
     seed: int | None = None
@@ -178,15 +189,49 @@ class Report:
 
 
 @dataclass(frozen=True, slots=True)
+class Slate:
+    """Plays that were chosen for one slot, often only one, and wait for answers.
+
+    waiting: by place, at least one
+    taken:   the slot that the first answer took for all of them, None before it
+    """
+
+    waiting: tuple[Play, ...]
+    taken: int | None = None
+
+    @property
+    def since(self) -> datetime:
+        return self.waiting[0].created_at
+
+    def slot(self, present: int) -> int:
+        """The slot in which its plays take place, if the next is closed at present."""
+        return present if self.taken is None else self.taken
+
+    def without(self, play: Play, slot: int) -> "Slate | None":
+        """What still waits when one of its plays was closed in this slot."""
+        waiting = tuple(one for one in self.waiting if one.id != play.id)
+        return Slate(waiting, self.slot(slot)) if waiting else None
+
+
+def settled(slot: int, pending: Slate | None) -> int:
+    """The slot before which all is closed, for a user in this slot."""
+    return slot if pending is None else pending.slot(slot)
+
+
+@dataclass(frozen=True, slots=True)
 class User:
     """Where a user stands. A user never seen has version 0."""
 
     id: str
     slot: int = 0
     version: int = 0
-    pending: Play | None = None
+    pending: Slate | None = None
     epoch: int = 0
     packed: bytes = b""
+
+    @property
+    def settled(self) -> int:
+        return settled(self.slot, self.pending)
 
 
 @dataclass(frozen=True, slots=True)

@@ -155,6 +155,11 @@ class ModelInUse(Conflict):
     title = "Items still use this model"
 
 
+class TooManyStates(Conflict):
+    code = "too_many_states"
+    title = "A model has too many states for a policy that needs index tables"
+
+
 class LastAdminKey(Conflict):
     code = "last_admin_key"
     title = "The last admin key cannot be revoked"

@@ -93,10 +93,18 @@ async def _lifespan(app: FastAPI, settings: Settings) -> AsyncIterator[None]:
         await database.run(
             partial(keys.ensure, secret=secret, scope=Scope.ADMIN, name="bootstrap")
         )
-    warming_up = asyncio.create_task(_warm(context))
+    background = asyncio.create_task(_work(context))
     yield
-    await warming_up
+    context.index_builder.stop()
+    await background
     await database.close()
+
+
+async def _work(context: Context) -> None:
+    """What goes on beside the requests."""
+    await _warm(context)
+    if context.settings.index_tables == "auto":
+        await context.index_builder.run()
 
 
 async def _warm(context: Context) -> None:

@@ -41,6 +41,17 @@ PENDING = Gauge(
     multiprocess_mode="mostrecent",
 )
 
+INDEX_BUILDS = Histogram(
+    "encore_index_build_seconds",
+    "Time to build an index table",
+    buckets=(0.01, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30, 60, 300),
+)
+INDEX_TABLES_WAITING = Gauge(
+    "encore_index_tables_waiting",
+    "Full index tables that are wanted, and not there yet",
+    multiprocess_mode="mostrecent",
+)
+
 METHODS = {"DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT"}
 
 # Labels are looked up once, then kept: that halves the cost of an observation.

@@ -61,6 +61,10 @@ class Settings(BaseSettings):
         default=False,
         description="PostgreSQL is behind a transaction pooler: no prepared statements",
     )
+    index_tables: Literal["auto", "off"] = Field(
+        default="auto",
+        description="whether this process builds index tables in the background",
+    )
     log_level: Literal["debug", "info", "warning", "error"] = Field(
         default="info", description="least severe log line that is written"
     )

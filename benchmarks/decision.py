@@ -1,8 +1,8 @@
-"""How long a decision takes, beside a plain NumPy version of the same rollout.
+"""How long a decision takes, beside plain versions of the same rollout.
 
-Run as `python -m benchmarks.decision`. Both versions take turns in one process, on one
-thread each; the figures are medians over rounds. The NumPy version carries the beliefs
-of all items in arrays, vectorised over trajectories; it shares no code with `policies`.
+Run as `python -m benchmarks.decision`. All versions take turns in one process, on one
+thread each; the figures are medians over rounds. `benchmarks/plain.py` holds the plain
+versions: (a) the paper's rollout in NumPy, (b) the exact tree in Numba, item by item.
 """
 
 import os
@@ -11,11 +11,12 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy reads it
 
 import statistics
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from benchmarks import plain
 from benchmarks.machine import describe
 from policies import (
     NEVER,
@@ -23,46 +24,72 @@ from policies import (
     Mixture,
     Model,
     ModelSet,
-    Policy,
     Situation,
+    build,
     choose,
     create,
     ready,
     untouched,
-    warm_up,
 )
 
 STATES, HORIZON, TRAJECTORIES, DISCOUNT = 4, 5, 100, 0.95
 ROUNDS, SLICE = 9, 0.02
+PLAYED, UNTOUCHED = 300, 50
+AIMS = {5: "35 us", 15: "100 us", 100: ".5 ms", 500: "1.5 ms"}
 
 
 @dataclass(frozen=True)
 class Case:
-    name: str
+    """A policy and a situation: distinct beliefs, and perhaps untouched items."""
+
     policy: str
-    params: dict[str, object]
-    groups: int
-    items: int
-    aim: str
-    naive: bool = True
+    beliefs: int
+    aim: str = "-"
+    params: dict[str, object] = field(default_factory=dict)
+    untouched: int = 0
+    compare: bool = False
+
+    @property
+    def name(self) -> str:
+        options = "".join(f", {name} {value}" for name, value in self.params.items())
+        items = f"{self.beliefs} beliefs"
+        if self.untouched:
+            items = f"{self.untouched:,} items, {PLAYED} touched".replace(",", " ")
+        return f"{self.policy}{options}, {items}"
 
 
 CASES = [
-    Case("myopic, 5 items", "myopic", {}, 5, 1, "20 us"),
-    Case("rollout, 5 items", "rollout", {}, 5, 1, "250 us"),
-    Case("rollout, 15 items", "rollout", {}, 15, 1, "-"),
-    Case("rollout, 100 items", "rollout", {}, 100, 1, "10 ms"),
-    Case("rollout, random base, 5 items", "rollout", {"base": "random"}, 5, 1, "-"),
-    Case("rollout, 1 000 300 items *", "rollout", {}, 350, 20_000, "-"),
-    Case(
-        "rollout, H = 50, 5 items", "rollout", {"horizon": 50}, 5, 1, "-", naive=False
+    Case("myopic", 5, "20 us"),
+    *(
+        Case("exact_rollout", beliefs, aim, compare=True)
+        for beliefs, aim in (
+            (5, "35 us"),
+            (15, "100 us"),
+            (100, ".5 ms"),
+            (500, "1.5 ms"),
+        )
     ),
+    *(
+        Case("exact_rollout", PLAYED + UNTOUCHED, "2 ms", untouched=10**power)
+        for power in (3, 4, 5, 6)
+    ),
+    Case("exact_rollout", 15, params={"base": "whittle"}),
+    Case("exact_rollout", 15, params={"base": ["myopic", "whittle"]}),
+    Case("exact_rollout", 15, params={"base": "lagrangian", "leaf": "lagrangian"}),
+    Case("exact_rollout", 15, params={"depth": 2, "horizon": 3}),
+    Case("whittle", 5, "5 us"),
+    Case("whittle", 500, "100 us"),
+    Case("lagrangian", 15),
+    Case("rollout", 5, "250 us", compare=True),
+    Case("rollout", 100, "10 ms", compare=True),
+    Case("rollout", 5, params={"base": "random"}),
+    Case("whittle_mc", 5),
 ]
 
 
 def instance(case: Case) -> Situation:
-    """Draw models; of a large catalogue, 300 items were played and 50 models not."""
-    rng = np.random.default_rng(case.groups)
+    """Draw models and beliefs; of a large catalogue, most items are untouched."""
+    rng = np.random.default_rng(case.beliefs)
     rows = np.ones(STATES)
     models = ModelSet.of(
         [
@@ -73,46 +100,16 @@ def instance(case: Case) -> Situation:
                 np.sort(rng.random(STATES)),
                 rng.dirichlet(rows),
             )
-            for _ in range(case.groups)
+            for _ in range(min(case.beliefs, UNTOUCHED))
         ]
     )
-    count = np.ones(case.groups, dtype=np.int64)
-    count[300:] = case.items
-    belief = untouched(models, 0)
-    never = np.full(case.groups, NEVER)
-    return Situation(models, np.arange(case.groups), belief, count, never)
-
-
-def naive_myopic(situation: Situation) -> int:
-    likes = situation.models.like[situation.model]
-    return int((situation.belief * likes).sum(axis=1).argmax())
-
-
-def naive_rollout(situation: Situation, rng: np.random.Generator, base: str) -> Floats:
-    """Score items one after the other, all trajectories at once: (N, L, S) beliefs."""
-    models, items = situation.models, len(situation.model)
-    lines = np.arange(TRAJECTORIES)
-    scores = np.empty(items)
-    for first in range(items):
-        imagined = np.repeat(situation.belief[:, None, :], TRAJECTORIES, axis=1)
-        total = np.zeros(TRAJECTORIES)
-        played = np.full(TRAJECTORIES, first)
-        for h in range(HORIZON + 1):
-            chances = (imagined * models.like[:, None, :]).sum(axis=2)  # (N, L)
-            if h > 0 and base == "myopic":
-                played = chances.argmax(axis=0)
-            elif h > 0:
-                played = rng.integers(items, size=TRAJECTORIES)
-            chance = chances[played, lines]
-            total += DISCOUNT**h * chance
-            liked = rng.random(TRAJECTORIES) < chance
-            like = models.like[played]
-            weights = imagined[played, lines] * np.where(liked[:, None], like, 1 - like)
-            after = (weights[:, None, :] @ models.play[played])[:, 0]
-            imagined = imagined @ models.rest
-            imagined[played, lines] = after / weights.sum(axis=1, keepdims=True)
-        scores[first] = total.mean()
-    return scores
+    model = np.arange(case.beliefs) % len(models.states)
+    belief = rng.dirichlet(rows, case.beliefs)
+    count = np.ones(case.beliefs, dtype=np.int64)
+    if case.untouched:
+        belief[PLAYED:] = untouched(models, 0)[model[PLAYED:]]
+        count[PLAYED:] = (case.untouched - PLAYED) // UNTOUCHED
+    return Situation(models, model, belief, count, np.full(case.beliefs, NEVER))
 
 
 def per_call(run: Callable[[], object]) -> float:
@@ -124,12 +121,11 @@ def per_call(run: Callable[[], object]) -> float:
     return (time.perf_counter() - start) / calls * 1e6
 
 
-def measured(case: Case) -> tuple[float, float | None]:
-    """Return medians of ours and of the NumPy version."""
+def measured(case: Case) -> Sequence[float | None]:
+    """Return medians of ours, of NumPy and of plain Numba."""
     given = instance(case)
-    policy: Policy = create(case.policy, case.params)
-    scorer = ready(policy, given.models)
-    rng = np.random.default_rng(0)
+    scorer = ready(create(case.policy, case.params), given.models)
+    models, rng = plain.models_of(given), np.random.default_rng(0)
 
     def ours() -> None:
         situation = Situation(
@@ -137,35 +133,41 @@ def measured(case: Case) -> tuple[float, float | None]:
         )
         choose(scorer(situation, 1), situation.count, 1)
 
-    def theirs() -> None:
-        if case.policy == "myopic":
-            naive_myopic(given)
-        else:
-            int(naive_rollout(given, rng, base(case)).argmax())
+    def in_numpy() -> Floats:
+        return plain.sampled(
+            models, given.belief, rng, "myopic", HORIZON, TRAJECTORIES, DISCOUNT
+        )
 
-    scores = scorer(given, 1)
-    assert not isinstance(scores, Mixture)
-    agree(case, scores, given)
-    rounds = ROUNDS if case.groups < 200 else 2
-    pairs = [
-        (per_call(ours), per_call(theirs) if case.naive else None)
-        for _ in range(rounds)
+    def in_numba() -> Floats:
+        return plain.exact(models, given.belief, HORIZON, DISCOUNT)
+
+    runs: list[Callable[[], object]] = [ours]
+    if case.compare:
+        agree(scorer(given, 1), in_numba())
+        runs += [in_numpy, in_numba]
+    rounds = [
+        [per_call(run) for run in runs]
+        for _ in range(ROUNDS if case.beliefs < 100 else 3)
     ]
-    numpys = [naive for _, naive in pairs if naive is not None]
-    ours_us = statistics.median(own for own, _ in pairs)
-    return ours_us, statistics.median(numpys) if numpys else None
+    medians = [statistics.median(times) for times in zip(*rounds, strict=True)]
+    return medians if case.compare else [*medians, None, None]
 
 
-def base(case: Case) -> str:
-    return str(case.params.get("base", "myopic"))
+def agree(scores: Floats | Mixture, exact: Floats) -> None:
+    """Check that both versions would play the same, or nearly so."""
+    assert not isinstance(scores, Mixture)
+    assert exact.max() - exact[scores.argmax()] < 0.1
 
 
-def agree(case: Case, scores: Floats, given: Situation) -> None:
-    """Check that both versions estimate the same scores, where that is quick."""
-    if case.policy == "rollout" and case.naive and case.groups < 50:
-        rng = np.random.default_rng(1)
-        runs = [naive_rollout(given, rng, base(case)) for _ in range(20)]
-        assert np.abs(scores - np.mean(runs, axis=0)).max() < 0.15
+def tables() -> float:
+    """Return seconds to build the index table of a model."""
+    models = instance(Case("whittle", 5)).models
+    times = []
+    for m in range(5):
+        start = time.perf_counter()
+        build(models, m, DISCOUNT)
+        times.append(time.perf_counter() - start)
+    return statistics.median(times)
 
 
 def shown(microseconds: float | None) -> str:
@@ -176,18 +178,28 @@ def shown(microseconds: float | None) -> str:
     return f"{microseconds / 1000:.2f} ms"
 
 
+def ratio(ours: float, theirs: float | None) -> str:
+    return "-" if theirs is None else f"{theirs / ours:.0f}"
+
+
 def main() -> None:
-    warm_up()
     print(describe())
     print(f"H = {HORIZON}, L = {TRAJECTORIES}, S = {STATES} unless said otherwise\n")
-    print(f"{'one decision':<32}{'ours':>12}{'NumPy':>12}{'ratio':>8}{'aim':>10}")
+    heads = ("ours", "aim", "NumPy", "ratio", "plain Numba", "ratio")
+    print(f"{'one decision':<58}" + "".join(f"{head:>12}" for head in heads))
     for case in CASES:
-        ours, numpys = measured(case)
-        ratio = f"{numpys / ours:.0f}" if numpys else "-"
-        print(f"{case.name:<32}{shown(ours):>12}{shown(numpys):>12}", end="")
-        print(f"{ratio:>8}{case.aim:>10}", flush=True)
-    print("\n* 300 played, 50 models of 20 000 more; NumPy is given one item for each")
-    print("  of the 350 groups: all of them would take 3 GB of beliefs.")
+        ours, numpys, numbas = measured(case)
+        assert ours is not None
+        cells = (
+            shown(ours),
+            case.aim,
+            shown(numpys),
+            ratio(ours, numpys),
+            shown(numbas),
+            ratio(ours, numbas),
+        )
+        print(f"{case.name:<58}" + "".join(f"{cell:>12}" for cell in cells), flush=True)
+    print(f"\nindex table of a model, default grid: {tables():.2f} s (aim 1 s)")
 
 
 if __name__ == "__main__":

@@ -2,18 +2,19 @@
 
 import os
 import platform
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 
 LIBRARIES = ("numpy", "numba", "sqlalchemy", "fastapi", "uvicorn")
 
 
-def describe() -> str:
+def describe(libraries: Sequence[str] = LIBRARIES) -> str:
     """Processor, Python and libraries, for the head of a table."""
-    libraries = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
+    versions = ", ".join(f"{name} {version(name)}" for name in libraries)
     return (
         f"{_processor()}, {os.cpu_count()} cores, Python {platform.python_version()},"
-        f" {libraries}"
+        f" {versions}"
     )
 
 

@@ -34,6 +34,7 @@ def encore(folder: Path, port: int) -> subprocess.Popen[bytes]:
         "ENCORE_DATABASE_URL": f"sqlite:///{folder}/encore.db",
         "ENCORE_BOOTSTRAP_KEY": KEY,
         "ENCORE_LOG_LEVEL": "warning",
+        "ENCORE_INDEX_TABLES": "off",
     }
     run = [sys.executable, "-m", "app.cli"]
     subprocess.run(

@@ -110,14 +110,15 @@ def _search(imagined: _Imagined, m: int) -> float:
     """
     search = imagined.search
     subsidy = like_chance(imagined.models.like, m, imagined.branch.belief, 0)
-    play, rest = 0.0, 0.0
+    average = 0.0
     for step in range(1, search.iterations + 1):
-        played = _total(imagined, m, subsidy, 1) / search.trajectories
-        rested = _total(imagined, m, subsidy, 0) / search.trajectories
-        play += step**-FAST * (played - play)
-        rest += step**-FAST * (rested - rest)
-        subsidy += step**-SLOW * (play - rest)
-        if max(abs(play - rest), abs(played - rested)) < search.tolerance:
+        latest = 0.0
+        for first_action in range(2):
+            total = _total(imagined, m, subsidy, first_action) / search.trajectories
+            latest = total - latest  # of a play, less that of a rest
+        average += step**-FAST * (latest - average)
+        subsidy += step**-SLOW * average
+        if max(abs(average), abs(latest)) < search.tolerance:
             break
     return subsidy
 
@@ -134,55 +135,20 @@ def _total(imagined: _Imagined, m: int, subsidy: float, first_action: int) -> fl
         branch.members[place] = place
     branch.end[0] = len(branch.members)
     branch.played[0] = first_action
-    total = _reward(imagined, m, subsidy, 0, 0)
-    first, h = 0, 0
-    while first < len(branch.members):
-        while h + 1 < len(branch.end):
-            _follow(imagined, m, h, first)
-            h += 1
-            branch.played[h] = like_chance(like, m, branch.belief, h) > subsidy
-            total += _reward(imagined, m, subsidy, h, first)
-        first = branch.end[h]
-        while h > 0 and branch.end[h] == first:
-            h -= 1
-    return total
-
-
-@inner
-def _reward(imagined: _Imagined, m: int, subsidy: float, h: int, first: int) -> float:
-    """Sum the weighted rewards of the trajectories at a node."""
-    models, branch = imagined.models, imagined.branch
-    weight, members = float(imagined.search.weights[h]), int(branch.end[h] - first)
-    if branch.played[h] == 0:
-        return weight * subsidy * members
-    if not imagined.search.click:
-        return weight * like_chance(models.like, m, branch.belief, h) * members
-    _limit(imagined, m, h)
-    total = 0.0
-    for place in range(first, branch.end[h]):
-        total += float(models.reward[m, _signal(imagined, m, h, place)])
-    return weight * total
-
-
-@inner
-def _follow(imagined: _Imagined, m: int, h: int, first: int) -> None:
-    """Move on to depth h + 1, with all that have the signal of the first."""
-    models, branch = imagined.models, imagined.branch
-    end = branch.end[h]
-    if branch.played[h] == 0:
-        move(models.rest, m, branch.belief, h, branch.belief, h + 1)
-    else:
-        _limit(imagined, m, h)
-        signal = _signal(imagined, m, h, first)
-        end = first + 1
-        for place in range(end, branch.end[h]):
-            if _signal(imagined, m, h, place) == signal:
-                member = branch.members[place]
-                branch.members[place] = branch.members[end]
-                branch.members[end] = member
-                end += 1
-        learn(models, m, branch.belief, h, signal, branch.belief, h + 1)
-    branch.end[h + 1] = end
+    total, first, h = 0.0, 0, 0
+    while True:
+        if branch.played[h] == 1:
+            _limit(imagined, m, h)
+        total += _reward(imagined, m, subsidy, h, first)
+        if h + 1 == len(branch.end):
+            first = branch.end[h]
+            if first == len(branch.members):
+                return total
+            while branch.end[h] == first:
+                h -= 1
+        _follow(imagined, m, h, first)
+        h += 1
+        branch.played[h] = like_chance(like, m, branch.belief, h) > subsidy
 
 
 @inner
@@ -194,6 +160,41 @@ def _limit(imagined: _Imagined, m: int, h: int) -> None:
         for i in range(branch.belief.shape[1]):
             limit += branch.belief[h, i] * models.observe[m, signal, i]
         branch.limits[h, signal] = limit
+
+
+@inner
+def _reward(imagined: _Imagined, m: int, subsidy: float, h: int, first: int) -> float:
+    """Sum the weighted rewards of the trajectories at a node."""
+    models, branch = imagined.models, imagined.branch
+    weight, members = float(imagined.search.weights[h]), int(branch.end[h] - first)
+    if branch.played[h] == 0:
+        return weight * subsidy * members
+    if not imagined.search.click:
+        return weight * like_chance(models.like, m, branch.belief, h) * members
+    total = 0.0
+    for place in range(first, branch.end[h]):
+        total += float(models.reward[m, _signal(imagined, m, h, place)])
+    return weight * total
+
+
+@inner
+def _follow(imagined: _Imagined, m: int, h: int, first: int) -> None:
+    """Move on to depth h + 1, with all that have the signal of the first."""
+    models, branch = imagined.models, imagined.branch
+    if branch.played[h] == 0:
+        branch.end[h + 1] = branch.end[h]
+        move(models.rest, m, branch.belief, h, branch.belief, h + 1)
+        return
+    signal, end = 0, first
+    for place in range(first, branch.end[h]):
+        own = _signal(imagined, m, h, place)
+        if place == first or own == signal:
+            member = branch.members[place]
+            branch.members[place] = branch.members[end]
+            branch.members[end] = member
+            signal, end = own, end + 1
+    branch.end[h + 1] = end
+    learn(models, m, branch.belief, h, signal, branch.belief, h + 1)
 
 
 @inner

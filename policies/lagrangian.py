@@ -1,8 +1,11 @@
 """The Lagrangian index: what a play is worth at the price of the relaxed problem.
 
 Brown and Smith (2020), "Index policies and performance bounds for dynamic selection
-problems". The price is the one at which the Lagrangian bound of the present situation
-is least; the index is defined for every model, indexable or not.
+problems". The index is defined for every model, indexable or not. At a price that is
+kept, several items tie at zero, and how such ties are broken decides (12.5 likes of
+13.0 in the paper's example 3). Here the price is set anew for each decision, where the
+Lagrangian bound of the present beliefs is least: that breaks the ties by what has been
+answered since (13.0 of 13.0). Exact ties are broken by lot.
 """
 
 from dataclasses import dataclass

@@ -47,6 +47,10 @@ class Model:
         signals: K names, none of them "none"; ("skip", "like") unless others are given.
         observe: (S, K) row-stochastic, chance of each signal, by state.
         reward: (K,) in [0, 1], worth of each signal.
+        samples: what the model may be as well as not: draws from a posterior, of the
+            same states and signals. If there are any, they are what counts, all alike
+            at first: the model then acts as one chain over pairs of a sample and a
+            state. The fields above describe their middle, for people.
 
     Rewards from 0 to 1 are no restriction: one item is played in every slot, so a
     reward c R + d scales every value by c, shifts it by a constant, and changes no
@@ -62,6 +66,7 @@ class Model:
     signals: tuple[str, ...]
     observe: Floats
     reward: Floats
+    samples: tuple["Model", ...]
 
     def __init__(
         self,
@@ -71,6 +76,8 @@ class Model:
         like: ArrayLike | None,
         prior: ArrayLike,
         signals: Signals | None = None,
+        *,
+        samples: Sequence["Model"] = (),
     ) -> None:
         """Check and copy.
 
@@ -81,6 +88,7 @@ class Model:
             like: see the class; None if there are `signals`, which imply it.
             prior: see the class.
             signals: what a play may tell, None: a skip or a like.
+            samples: see the class.
 
         Raises:
             InvalidModel: names the field, e.g. "play[2]", "like[1]" or "prior".
@@ -97,6 +105,8 @@ class Model:
         object.__setattr__(self, "observe", observe)
         object.__setattr__(self, "reward", reward)
         object.__setattr__(self, "like", np.minimum(observe @ reward, 1.0))
+        object.__setattr__(self, "samples", tuple(samples))
+        self._check_samples()
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -107,6 +117,15 @@ class Model:
             f" ({self.like[i + 1]:g})."
             for i in np.flatnonzero(np.diff(self.like) < 0)
         )
+
+    def _check_samples(self) -> None:
+        for i, sample in enumerate(self.samples):
+            if (sample.states, sample.signals) != (self.states, self.signals):
+                raise InvalidModel(f"samples[{i}]", "has other states or signals")
+            if not np.array_equal(sample.reward, self.reward):
+                raise InvalidModel(f"samples[{i}]", "has other rewards")
+            if sample.samples:
+                raise InvalidModel(f"samples[{i}]", "has samples itself")
 
 
 def _names(field: str, names: Sequence[str], least: int) -> Sequence[str]:

@@ -19,6 +19,11 @@ class ModelSet(NamedTuple):
     belief, no like, and no way in or out; one of fewer signals with signals that are
     never given. That changes no result.
 
+    A model with samples is one chain over pairs of a sample and a state: the states of
+    its first sample, then those of the second, and so on, with no way from one sample
+    to another and a prior that is even over samples. So a belief in it is exactly what
+    the answers tell of both, and a policy plans with what it may yet learn.
+
     Attributes:
         play: (M, S, S) row-stochastic, P1.
         rest: (M, S, S) row-stochastic, P0.
@@ -27,8 +32,9 @@ class ModelSet(NamedTuple):
         observe: (M, K, S), chance of each signal by state.
         reward: (M, K), worth of each signal.
         rest_powers: (M, 41, S, S), entry j is `rest` to the power 2^j.
-        states: (M,) number of states of each model before padding.
+        states: (M,) number of states of each model before padding, in all its samples.
         signals: (M,) number of signals of each model before padding.
+        samples: (M,) number of samples of each model; 1 if it has none.
     """
 
     play: Floats
@@ -40,25 +46,97 @@ class ModelSet(NamedTuple):
     rest_powers: Floats
     states: Ints
     signals: Ints
+    samples: Ints
 
     @classmethod
     def of(cls, models: Sequence[Model]) -> "ModelSet":
         """Stack `models`; row m of every array belongs to the m-th one."""
-        states = np.array([len(model.states) for model in models], dtype=np.int64)
-        signals = np.array([len(model.signals) for model in models], dtype=np.int64)
-        size, most = int(states.max(initial=0)), int(signals.max(initial=0))
-        rest = _padded_matrices([model.rest for model in models], size)
-        return cls(
-            play=_padded_matrices([model.play for model in models], size),
-            rest=rest,
-            like=_padded_vectors([model.like for model in models], size),
-            prior=_padded_vectors([model.prior for model in models], size),
-            observe=_padded_chances([model.observe for model in models], most, size),
-            reward=_padded_vectors([model.reward for model in models], most),
-            rest_powers=_powers(rest),
-            states=states,
-            signals=signals,
+        return _stacked([_chain(model) for model in models])
+
+    def separated(self) -> "ModelSet":
+        """Return all samples as models of their own: of row 0, of row 1, and so on.
+
+        Models without samples are their own. If there are no others, nothing changes.
+        """
+        if (self.samples == 1).all():
+            return self
+        rows = range(len(self.samples))
+        return _stacked(
+            [_sample(self, m, k) for m in rows for k in range(self.samples[m])]
         )
+
+    def drawn(self, k: int) -> "ModelSet":
+        """Return sample k of each model, or k modulo their number."""
+        rows = range(len(self.samples))
+        return _stacked([_sample(self, m, k % self.samples[m]) for m in rows])
+
+
+class _Chain(NamedTuple):
+    """One row before padding; see `ModelSet`. `observe` is (S, K)."""
+
+    play: Floats
+    rest: Floats
+    like: Floats
+    prior: Floats
+    observe: Floats
+    reward: Floats
+    samples: int = 1
+
+
+def _chain(model: Model) -> _Chain:
+    samples = model.samples or (model,)
+    return _Chain(
+        play=_block_diagonal([sample.play for sample in samples]),
+        rest=_block_diagonal([sample.rest for sample in samples]),
+        like=np.concatenate([sample.like for sample in samples]),
+        prior=np.concatenate([sample.prior / len(samples) for sample in samples]),
+        observe=np.concatenate([sample.observe for sample in samples]),
+        reward=model.reward,
+        samples=len(samples),
+    )
+
+
+def _sample(models: ModelSet, m: int, k: int) -> _Chain:
+    """Cut sample k out of model m."""
+    size, signals = models.states[m] // models.samples[m], models.signals[m]
+    own = slice(k * size, (k + 1) * size)
+    return _Chain(
+        play=models.play[m, own, own],
+        rest=models.rest[m, own, own],
+        like=models.like[m, own],
+        prior=models.prior[m, own] * models.samples[m],
+        observe=models.observe[m, :signals, own].T,
+        reward=models.reward[m, :signals],
+    )
+
+
+def _stacked(chains: Sequence[_Chain]) -> ModelSet:
+    states = np.array([len(chain.like) for chain in chains], dtype=np.int64)
+    signals = np.array([len(chain.reward) for chain in chains], dtype=np.int64)
+    size, most = int(states.max(initial=0)), int(signals.max(initial=0))
+    rest = _padded_matrices([chain.rest for chain in chains], size)
+    return ModelSet(
+        play=_padded_matrices([chain.play for chain in chains], size),
+        rest=rest,
+        like=_padded_vectors([chain.like for chain in chains], size),
+        prior=_padded_vectors([chain.prior for chain in chains], size),
+        observe=_padded_chances([chain.observe for chain in chains], most, size),
+        reward=_padded_vectors([chain.reward for chain in chains], most),
+        rest_powers=_powers(rest),
+        states=states,
+        signals=signals,
+        samples=np.array([chain.samples for chain in chains], dtype=np.int64),
+    )
+
+
+def _block_diagonal(matrices: Sequence[Floats]) -> Floats:
+    """Put matrices of one size along the diagonal."""
+    size = len(matrices[0])
+    blocks = np.zeros((len(matrices) * size, len(matrices) * size))
+    for k, matrix in enumerate(matrices):
+        own = slice(k * size, (k + 1) * size)
+        blocks[own, own] = matrix
+    return blocks
 
 
 def _padded_matrices(matrices: Sequence[Floats], size: int) -> Floats:

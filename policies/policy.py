@@ -43,7 +43,11 @@ class Policy(Protocol):
         """Discount of the index tables that `prepare` has to be given; None: none."""
 
     def prepare(self, models: ModelSet, tables: Tables, /) -> Scorer:
-        """Compute what depends on the models alone; slow, once per model set."""
+        """Compute what depends on the models alone; slow, once per model set.
+
+        The tables are those of `models.separated()`: one for each sample of a model,
+        which `thompson` tells apart. Without samples, one for each model.
+        """
 
     def cost(self, situation: Situation, /) -> float:
         """Estimate the microseconds that scoring `situation` takes, roughly."""

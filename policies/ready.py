@@ -10,4 +10,5 @@ def ready(policy: Policy, models: ModelSet) -> Scorer:
 
     Where tables are kept, give them to `Policy.prepare` instead.
     """
-    return policy.prepare(models, build_all(models, policy.table_discount))
+    tables = build_all(models.separated(), policy.table_discount)
+    return policy.prepare(models, tables)

@@ -12,6 +12,7 @@ from policies.parameters import follows_another, parameters
 from policies.policy import Policy
 from policies.rollout import Rollout
 from policies.round_robin import RoundRobin
+from policies.thompson import Thompson
 from policies.uniform import Uniform
 from policies.whittle import Whittle
 from policies.whittle_mc import WhittleMC
@@ -28,6 +29,7 @@ POLICIES: Mapping[str, type[Policy]] = MappingProxyType(
         "lagrangian": Lagrangian,
         "whittle_mc": WhittleMC,
         "epsilon": Epsilon,
+        "thompson": Thompson,
     }
 )
 

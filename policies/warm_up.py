@@ -21,6 +21,7 @@ from policies.parameters import Parameter, parameters
 from policies.policy import Policy
 from policies.ready import ready
 from policies.registry import POLICIES, create
+from policies.samples import conditioned
 from policies.situation import NEVER, Situation
 
 
@@ -52,10 +53,14 @@ def _follow_beliefs(models: ModelSet) -> None:
     answered(models, 0, belief[0], LIKE)
     replayed(models, 0, rows, rows)
     forecast(models, 0, belief[0], 1)
+    conditioned(models, rows, belief, 1, 2)
 
 
 def _variants() -> Iterator[Policy]:
-    """Yield each policy once for every combination of its choices and switches."""
+    """Yield each policy once for every combination of its choices and switches.
+
+    One that follows another follows its default: all others are here by themselves.
+    """
     for name, policy in POLICIES.items():
         switches = [p for p in parameters(policy) if p.choices or p.kind is bool]
         for values in product(*map(_values, switches)):

@@ -18,10 +18,14 @@ class Filter:
 
     def take(self, played: str, signal: str) -> None:
         """One slot: the item played moves by its answer, all others rest."""
+        self.take_together({played: signal})
+
+    def take_together(self, signals: Mapping[str, str]) -> None:
+        """One slot: the items played move by their answers, all others rest."""
         for name, item in self.items.items():
             belief = self.beliefs[name]
-            if name == played:
-                self.beliefs[name] = after_play(item, belief, signal)
+            if name in signals:
+                self.beliefs[name] = after_play(item, belief, signals[name])
             else:
                 self.beliefs[name] = moved(belief, item["rest"])
 

@@ -19,26 +19,30 @@ from app.api.schemas.policy import (
     AnyPolicyForm,
     PolicyInForce,
     PolicyPage,
+    PresentPolicy,
     RollbackForm,
 )
-from app.errors import NoEarlierPolicy
+from app.errors import NoEarlierPolicy, TooManyStates
 from app.services import policy
 
 router = APIRouter(prefix="/v1/admin", tags=["policy"])
 
 
 @router.get("/policy")
-async def get_policy(caller: Administering) -> PolicyInForce:
+async def get_policy(caller: Administering) -> PresentPolicy:
     """Show the policy in force."""
-    return PolicyInForce.model_validate(await caller.database.run(policy.current))
+    return PresentPolicy.of(await caller.database.run(policy.current))
 
 
-@router.put("/policy")
+@router.put("/policy", responses=responses(TooManyStates))
 async def swap_policy(
     caller: Administering,
     form: Annotated[AnyPolicyForm, Body(openapi_examples=EXAMPLES)],
-) -> PolicyInForce:
-    """Put a policy in force, for every request that comes after this one."""
+) -> PresentPolicy:
+    """Put a policy in force, for every request that comes after this one.
+
+    If it needs index tables, rough ones are made for models that have none.
+    """
     swapped = await caller.database.run(
         partial(
             policy.swap,
@@ -48,7 +52,8 @@ async def swap_policy(
             by=caller.key.id,
         )
     )
-    return PolicyInForce.model_validate(swapped)
+    caller.context.index_builder.wake()
+    return PresentPolicy.of(swapped)
 
 
 @router.get("/policies")
@@ -66,13 +71,14 @@ async def list_policies(
     )
 
 
-@router.post("/policy/rollback", responses=responses(NoEarlierPolicy))
+@router.post("/policy/rollback", responses=responses(NoEarlierPolicy, TooManyStates))
 async def roll_back_policy(
     caller: Administering, form: RollbackForm | None = None
-) -> PolicyInForce:
+) -> PresentPolicy:
     """Return to the policy before the one in force; again, to the one before that."""
     note = "" if form is None else form.note
     restored = await caller.database.run(
         partial(policy.roll_back, note=note, by=caller.key.id)
     )
-    return PolicyInForce.model_validate(restored)
+    caller.context.index_builder.wake()
+    return PresentPolicy.of(restored)

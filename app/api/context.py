@@ -11,6 +11,7 @@ from fastapi.security.base import SecurityBase
 
 from app.domain import Key, Scope
 from app.errors import Fault, InvalidRequest, Unauthorized
+from app.services.index_builder import IndexBuilder
 from app.services.keys import KeyRing
 from app.services.live import Live
 from app.services.pending import PendingPlays
@@ -28,9 +29,11 @@ class Context:
     keyring: KeyRing
     warm: asyncio.Event = field(default_factory=asyncio.Event)
     pending: PendingPlays = field(init=False)
+    index_builder: IndexBuilder = field(init=False)
 
     def __post_init__(self) -> None:
         self.pending = PendingPlays(self.database)
+        self.index_builder = IndexBuilder(self.database)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """The two calls that an application makes all day, and the record they leave."""
 
 from functools import partial
-from typing import Annotated
+from typing import Annotated, TypeVar
 from uuid import UUID
 
 from fastapi import APIRouter, Query
@@ -11,13 +11,18 @@ from app.api.context import Serving
 from app.api.problems import responses
 from app.api.schemas.fields import NO_NAMES, Names, PathId
 from app.api.schemas.listening import (
+    Count,
     FeedbackForm,
     FeedbackTaken,
     NextPlay,
+    NextSlate,
     SelectionForm,
+    SlatePlay,
+    Upcoming,
+    upcoming,
 )
 from app.api.schemas.plays import PlayRecord
-from app.domain import EVERYTHING, Selection
+from app.domain import Selection
 from app.errors import (
     FeedbackConflict,
     NothingToPlay,
@@ -29,6 +34,7 @@ from app.services import explanations, listening
 from app.services.answers import reply_of
 
 router = APIRouter(prefix="/v1", tags=["listening"])
+T = TypeVar("T", NextPlay, SlatePlay)
 Explain = Annotated[bool, Query(description="also tell why this item")]
 
 
@@ -39,17 +45,22 @@ async def next_play(
     tag: Names = NO_NAMES,
     candidate: Names = NO_NAMES,
     exclude: Names = NO_NAMES,
+    count: Count = 1,
     explain: Explain = False,
-) -> NextPlay:
-    """Show the play to offer now: the pending one, or one that is chosen now."""
+) -> Upcoming:
+    """Show the play to offer now: the pending one, or one that is chosen now.
+
+    With `count`, or while several wait for their answers, `plays` lists them all.
+    """
     selection = Selection(tuple(tag), tuple(candidate) or None, tuple(exclude))
-    return await _next(caller, user, selection, explain=explain)
+    return await _next(caller, user, selection, count, explain=explain)
 
 
 @router.post("/users/{user}/next", responses=responses(NothingToPlay, UnknownItems))
-async def next_play_of(caller: Serving, user: PathId, form: SelectionForm) -> NextPlay:
+async def next_play_of(caller: Serving, user: PathId, form: SelectionForm) -> Upcoming:
     """Do the same, with filters too long for an address."""
-    return await _next(caller, user, form.selection(), explain=form.explain)
+    selection = form.selection()
+    return await _next(caller, user, selection, form.count, explain=form.explain)
 
 
 @router.get("/plays/{play}", responses=responses(PlayNotFound))
@@ -71,9 +82,13 @@ async def give_feedback(
     caller: Serving,
     play: UUID,
     form: FeedbackForm,
-    next: Annotated[bool, Query(description="also choose the next play")] = False,  # noqa: A002 - the name of the query
+    next: Annotated[bool, Query(description="also tell what to play next")] = False,  # noqa: A002 - the name of the query
+    count: Count = 1,
 ) -> FeedbackTaken:
-    """Take the answer of a play, exactly once."""
+    """Take the answer of a play, exactly once.
+
+    `next` is what else waits for its answer; where nothing does, it is chosen now.
+    """
     reply = reply_of(caller.context.settings, form.signal, form.fraction)
     feedback = await caller.database.run(
         partial(
@@ -81,26 +96,39 @@ async def give_feedback(
             live=caller.live,
             play_id=play,
             reply=reply,
-            then=EVERYTHING if next else None,
+            then=count if next else None,
         )
     )
     observed.answered(feedback)
-    return FeedbackTaken.of(feedback)
+    return FeedbackTaken.of(feedback, count)
 
 
 async def _next(
-    caller: Serving, user: str, selection: Selection, *, explain: bool
-) -> NextPlay:
+    caller: Serving, user: str, selection: Selection, count: int, *, explain: bool
+) -> Upcoming:
     choose = partial(
-        listening.next_play, live=caller.live, user_id=user, selection=selection
+        listening.next_play,
+        live=caller.live,
+        user_id=user,
+        selection=selection,
+        count=count,
     )
-    upcoming = await caller.database.run(choose)
-    observed.served(upcoming)
-    play = NextPlay.of(upcoming.offer)
+    found = await caller.database.run(choose)
+    observed.served(found)
+    shown = upcoming(found.offer, count)
     if not explain:
-        return play
+        return shown
+    if isinstance(shown, NextSlate):
+        plays = [await _explained(caller, play) for play in shown.plays]
+        first = plays[0].explanation
+        return shown.model_copy(update={"plays": plays, "explanation": first})
+    return await _explained(caller, shown)
+
+
+async def _explained(caller: Serving, shown: T) -> T:
+    """A play together with why it was chosen."""
     why = partial(
-        explanations.record, live=caller.live, play_id=play.play, explain=True
+        explanations.record, live=caller.live, play_id=shown.play, explain=True
     )
     record = PlayRecord.of_record(await caller.database.run(why))
-    return play.model_copy(update={"explanation": record.explanation})
+    return shown.model_copy(update={"explanation": record.explanation})

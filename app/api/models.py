@@ -9,11 +9,18 @@ from fastapi import APIRouter, Query, Response
 from app.api.context import Administering, Serving
 from app.api.problems import responses
 from app.api.schemas.fields import PathId
+from app.api.schemas.indexes import Discount, IndexReport
 from app.api.schemas.models import ModelForm, ModelPage, ModelView
 from app.api.schemas.pages import CursorQuery, Limit, decode_text, encode
 from app.domain import ItemModel
-from app.errors import InvalidCursor, ModelInUse, ModelNotFound, UnusableModel
-from app.services import models
+from app.errors import (
+    InvalidCursor,
+    ModelInUse,
+    ModelNotFound,
+    TooManyStates,
+    UnusableModel,
+)
+from app.services import index_reports, models
 from app.services.changes import Change
 
 router = APIRouter(prefix="/v1", tags=["models"])
@@ -24,7 +31,7 @@ Version = Annotated[
 
 @router.put(
     "/models/{model}",
-    responses={201: {"model": ModelView}, **responses(UnusableModel)},
+    responses={201: {"model": ModelView}, **responses(UnusableModel, TooManyStates)},
 )
 async def put_model(
     caller: Administering, model: PathId, form: ModelForm, response: Response
@@ -33,6 +40,7 @@ async def put_model(
     put = await caller.database.run_in_turn(
         partial(models.put, new=form.model(model), by=caller.key.id)
     )
+    caller.context.index_builder.wake()
     created = put.change is Change.CREATED
     response.status_code = HTTPStatus.CREATED if created else HTTPStatus.OK
     return ModelView.of(put.model, models.signals(put.model), put.warnings)
@@ -46,6 +54,18 @@ async def get_model(
     return _view(
         await caller.database.run(partial(models.find, model_id=model, version=version))
     )
+
+
+@router.get("/models/{model}/index", responses=responses(ModelNotFound))
+async def get_index(
+    caller: Serving, model: PathId, discount: Discount = None
+) -> IndexReport:
+    """Tell how far the index table of a model is, and how far it can be trusted.
+
+    Of the latest version, at one discount.
+    """
+    report = partial(index_reports.report, model_id=model, discount=discount)
+    return IndexReport.of(await caller.database.run(report))
 
 
 @router.get("/models", responses=responses(InvalidCursor))

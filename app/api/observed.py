@@ -8,11 +8,9 @@ from app.services.listening import Feedback, Next
 
 
 def served(upcoming: Next) -> None:
-    """A play was offered."""
-    offer = upcoming.offer
-    structlog.contextvars.bind_contextvars(
-        user=offer.play.user, play=str(offer.play.id)
-    )
+    """Plays were offered; the first of them names the request."""
+    play = upcoming.offer.first
+    structlog.contextvars.bind_contextvars(user=play.user, play=str(play.id))
     _chosen(upcoming)
 
 
@@ -20,8 +18,8 @@ def _chosen(upcoming: Next) -> None:
     offer = upcoming.offer
     if offer.took is not None:
         metrics.decisions(offer.policy.name).observe(offer.took)
-    if upcoming.expired is not None:
-        _closed(upcoming.expired, NO_ANSWER)
+    for play in upcoming.expired:
+        _closed(play, NO_ANSWER)
 
 
 def answered(feedback: Feedback) -> None:
@@ -37,7 +35,7 @@ def answered(feedback: Feedback) -> None:
         if learned.impossible:
             metrics.IMPOSSIBLE.inc()
     if feedback.next is not None:
-        structlog.contextvars.bind_contextvars(next=str(feedback.next.offer.play.id))
+        structlog.contextvars.bind_contextvars(next=str(feedback.next.offer.first.id))
         _chosen(feedback.next)
 
 

@@ -11,7 +11,14 @@ from app.api.context import Serving
 from app.api.problems import responses
 from app.api.schemas.fields import NO_NAMES, Chance, Id, Names, PathId
 from app.api.schemas.listening import FeedbackTaken
-from app.api.schemas.pages import HIGHEST, CursorQuery, Limit, decode_number, encode
+from app.api.schemas.pages import (
+    HIGHEST,
+    CursorQuery,
+    Limit,
+    decode_number,
+    decode_pair,
+    encode,
+)
 from app.api.schemas.plays import PlayView
 from app.api.schemas.users import (
     BeliefPage,
@@ -72,7 +79,7 @@ async def list_plays(
     caller: Serving, user: PathId, limit: Limit = 100, cursor: CursorQuery = None
 ) -> PlayPage:
     """List the closed plays of a user, the latest first."""
-    before = decode_number(cursor, first=HIGHEST)
+    before = decode_pair(cursor, first=(HIGHEST, HIGHEST))
     read = partial(
         profiles.history, live=caller.live, user_id=user, before=before, limit=limit
     )
@@ -111,8 +118,14 @@ async def read_playlist(
     candidate: Names = NO_NAMES,
     exclude: Names = NO_NAMES,
     length: Annotated[int, Query(ge=1, le=200)] = 20,
+    repeats: Annotated[
+        bool, Query(description="an item may be planned more than once")
+    ] = False,
 ) -> Playlist:
-    """Plan the next plays before any of them is answered; nothing changes."""
+    """Plan the next plays before any of them is answered; nothing changes.
+
+    Without repeats the plan ends where no item is left.
+    """
     selection = Selection(tuple(tag), tuple(candidate) or None, tuple(exclude))
     plan = partial(
         playlists.plan,
@@ -120,6 +133,7 @@ async def read_playlist(
         user_id=user,
         selection=selection,
         length=length,
+        repeats=repeats,
     )
     planned = await caller.database.run(plan)
     return Playlist(user=user, plays=[PlannedPlay.of(play) for play in planned])

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from app.domain import User
+from app.domain import User, settled
 from app.errors import UserNotFound
 from app.services import beliefs
 from app.services.catalogue import Catalogue
@@ -86,7 +86,7 @@ def rebuild_user(store: Store, live: Live, user_id: str) -> None:
     log = plays.closed(store, user_id)
     slot = log[-1].slot + 1 if log else 0
     pending = plays.pending_of(store, user_id)
-    entries = beliefs.rebuilt(catalogue, log, slot)
+    entries = beliefs.rebuilt(catalogue, log, settled(slot, pending))
     users.move(store, user, slot=slot, pending=pending, at=datetime.now(UTC))
     users.keep_beliefs(store, user_id, catalogue.epoch, pack(entries))
 
@@ -95,7 +95,7 @@ def _audited(store: Store, catalogue: Catalogue, user: User) -> Audited:
     log = plays.closed(store, user.id)
     stale = user.slot > 0 and user.epoch != catalogue.epoch
     problems = [
-        *_slots(user, log),
+        *_slots(store, user),
         *_pending(store, user),
         *([] if stale else _beliefs(catalogue, user, log)),
     ]
@@ -103,24 +103,32 @@ def _audited(store: Store, catalogue: Catalogue, user: User) -> Audited:
     return Audited(user.id, len(log), stale, findings)
 
 
-def _slots(user: User, log: Sequence[ClosedPlay]) -> Iterator[str]:
-    if [play.slot for play in log] != list(range(len(log))):
+def _slots(store: Store, user: User) -> Iterator[str]:
+    slots = plays.slots(store, user.id)
+    if [slot.closed for slot in slots] != list(range(len(slots))):
         yield "the slots of its plays are not 0, 1, 2 and so on"
-    if user.slot != len(log):
-        yield f"its slot is {user.slot}, but {len(log)} plays are closed"
+    if user.slot != len(slots):
+        yield f"its slot is {user.slot}, but plays were closed in {len(slots)}"
+    for slot in slots:
+        if slot.slates != 1:
+            yield f"its slot {slot.closed} is shared by plays not chosen together"
 
 
 def _pending(store: Store, user: User) -> Iterator[str]:
-    logged = plays.pending_of(store, user.id)
-    kept = None if user.pending is None else user.pending.id
+    kept, kept_slot = users.pending_of(store, user.id)
+    pending = plays.pending_of(store, user.id)
+    logged = None if pending is None else pending.waiting[0].id
+    logged_slot = None if pending is None else pending.taken
     if logged != kept:
         yield f"its pending play is {kept}, but the log says {logged}"
+    if logged_slot != kept_slot:
+        yield f"the slot of its pending plays is {kept_slot}, not {logged_slot}"
 
 
 def _beliefs(
     catalogue: Catalogue, user: User, log: Sequence[ClosedPlay]
 ) -> Iterator[str]:
-    expected = beliefs.rebuilt(catalogue, log, user.slot)
+    expected = beliefs.rebuilt(catalogue, log, user.settled)
     try:
         kept = unpack(user.packed, catalogue.models.like.shape[1])
     except UnknownFormat as error:

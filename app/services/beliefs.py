@@ -63,11 +63,11 @@ def kept(store: Store, catalogue: Catalogue, user: User) -> Entries:
     if user.epoch == catalogue.epoch:
         return unpack(user.packed, states)
     log = plays.closed(store, user.id, before=user.slot)
-    return store.aside(partial(rebuilt, catalogue, log, user.slot))
+    return store.aside(partial(rebuilt, catalogue, log, user.settled))
 
 
-def rebuilt(catalogue: Catalogue, log: Iterable[ClosedPlay], slot: int) -> Entries:
-    """The entries that a log of plays gives rise to."""
+def rebuilt(catalogue: Catalogue, log: Iterable[ClosedPlay], settled: int) -> Entries:
+    """The entries that a log of plays gives rise to; before `settled` all is closed."""
     by_item: dict[int, list[ClosedPlay]] = {}
     for play in log:
         by_item.setdefault(play.item, []).append(play)
@@ -83,7 +83,7 @@ def rebuilt(catalogue: Catalogue, log: Iterable[ClosedPlay], slot: int) -> Entri
             len(serials), catalogue.models.like.shape[1]
         ),
     )
-    return _without_forgotten(catalogue, entries, slot)
+    return without_forgotten(catalogue, entries, settled)
 
 
 def at(catalogue: Catalogue, entries: Entries, slot: int) -> Beliefs:
@@ -119,15 +119,32 @@ def after_play(
     catalogue: Catalogue, entries: Entries, slot: int, serial: int, signal: str
 ) -> tuple[Entries, Answered]:
     """The entries after a play in a slot, and what its answer taught."""
-    belief, _ = of_item(catalogue, entries, slot, serial)
+    row, known = _row(entries, serial), entries
+    if row is not None and slot - entries.slot[row] >= REMEMBERED:
+        known = without_forgotten(catalogue, entries, slot)
+    belief, _ = of_item(catalogue, known, slot, serial)
     learned = answered(
         catalogue.models,
         catalogue.row_of(serial),
         belief,
         catalogue.signal_of(serial, signal),
     )
-    after = _put(entries, serial, slot + 1, learned.belief)
-    return _without_forgotten(catalogue, after, slot + 1), learned
+    return _put(entries, serial, slot + 1, learned.belief), learned
+
+
+def has_passed(entries: Entries, slot: int, serial: int) -> bool:
+    """Whether an item's belief is of a later slot, in which it was played meanwhile."""
+    row = _row(entries, serial)
+    return row is not None and int(entries.slot[row]) > slot
+
+
+def without_forgotten(catalogue: Catalogue, entries: Entries, slot: int) -> Entries:
+    """The entries without those forgotten in a slot."""
+    old = np.flatnonzero(slot - entries.slot >= REMEMBERED)
+    if len(old) == 0:
+        return entries
+    gone = old[at(catalogue, _rows(entries, old), slot).forgotten]
+    return _rows(entries, np.delete(np.arange(len(entries.serial)), gone))
 
 
 def _replay(
@@ -164,6 +181,10 @@ def _row(entries: Entries, serial: int) -> int | None:
     return row if found else None
 
 
+def _rows(entries: Entries, rows: Ints) -> Entries:
+    return Entries(entries.serial[rows], entries.slot[rows], entries.belief[rows])
+
+
 def _put(entries: Entries, serial: int, slot: int, belief: Floats) -> Entries:
     row = int(np.searchsorted(entries.serial, serial))
     rest = row + 1 if _row(entries, serial) is not None else row
@@ -172,10 +193,3 @@ def _put(entries: Entries, serial: int, slot: int, belief: Floats) -> Entries:
         np.concatenate((entries.slot[:row], [slot], entries.slot[rest:])),
         np.concatenate((entries.belief[:row], [belief], entries.belief[rest:])),
     )
-
-
-def _without_forgotten(catalogue: Catalogue, entries: Entries, slot: int) -> Entries:
-    if not np.any(slot - entries.slot >= REMEMBERED):
-        return entries
-    keep = ~at(catalogue, entries, slot).forgotten
-    return Entries(entries.serial[keep], entries.slot[keep], entries.belief[keep])

@@ -1,7 +1,7 @@
 """The catalogue as a snapshot in memory, and how it follows the database."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from app.domain import Item, ItemModel, ItemSignals, Revision
 from app.errors import Fault, UnknownItems
 from app.services.pool import Pool
+from app.storage.index_tables import TableKey
 from policies import NONE, Ints, Model, ModelSet, Signals
 
 NO_ROW = -1
@@ -70,6 +71,7 @@ class Catalogue:
     listing:  the items
     versions: (M) each model as it is kept
     signals:  (M) number of each of a model's signals, by name
+    tables:   the finest index tables of these models, at each discount
     models:   the same, stacked for compiled code
     model:    (N,) row of each item's model
     active:   (N,) whether an item may be recommended
@@ -82,6 +84,7 @@ class Catalogue:
     listing: Listing
     versions: Sequence[ItemModel]
     signals: Sequence[Mapping[str, int]]
+    tables: Sequence[TableKey]
     models: ModelSet
     model: Ints
     active: NDArray[np.bool_]
@@ -90,13 +93,14 @@ class Catalogue:
 
     @classmethod
     def empty(cls) -> "Catalogue":
-        return cls.build(Revision(-1, -1, 0), (), Listing(), ModelSet.of(()))
+        return cls.build(Revision(-1, -1, 0), (), (), Listing(), ModelSet.of(()))
 
     @classmethod
     def build(
         cls,
         revision: Revision,
         versions: Sequence[ItemModel],
+        tables: Sequence[TableKey],
         listing: Listing,
         models: ModelSet,
     ) -> "Catalogue":
@@ -110,6 +114,7 @@ class Catalogue:
             listing,
             versions,
             [{name: k for k, name in enumerate(each.answers)} for each in versions],
+            tables,
             models,
             model,
             active,
@@ -117,12 +122,22 @@ class Catalogue:
         )
 
     def followed_by(
-        self, revision: Revision, versions: Sequence[ItemModel], listing: Listing
+        self,
+        revision: Revision,
+        versions: Sequence[ItemModel],
+        tables: Sequence[TableKey],
+        listing: Listing,
     ) -> "Catalogue":
-        """A later catalogue; where no model changed, their arrays are kept."""
-        same = versions == self.versions
-        models = self.models if same else stacked(versions)
-        return Catalogue.build(revision, versions, listing, models)
+        """A later catalogue; what did not change is kept."""
+        tables = self.tables if tables == self.tables else tables
+        if versions != self.versions:
+            models = stacked(versions)
+            return Catalogue.build(revision, versions, tables, listing, models)
+        if listing is not self.listing:
+            return Catalogue.build(revision, versions, tables, listing, self.models)
+        return replace(
+            self, version=revision.catalogue, epoch=revision.epoch, tables=tables
+        )
 
     def serial_of(self, item: str) -> int | None:
         return self.listing.serials.get(item)

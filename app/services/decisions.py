@@ -28,13 +28,19 @@ class Candidates:
     The first groups are played items, one each; the rest hold, by model, the items
     about which nothing is known that is not known of all of them.
 
+    catalogue: in which the items are
     situation: G groups
+    left:      (G,) items of each group that may be chosen
     serial:    (T,) items of the first T groups, ascending
+    taken:     items that none of the other groups holds any more, ascending
     pool:      what the choice is made from
     """
 
+    catalogue: Catalogue
     situation: Situation
+    left: Ints
     serial: Ints
+    taken: Ints
     pool: Pool
 
     def item(self, choice: Choice) -> int:
@@ -42,7 +48,17 @@ class Candidates:
         if choice.group < len(self.serial):
             return int(self.serial[choice.group])
         model = int(self.situation.model[choice.group])
-        return self.pool.member(model, choice.member, taken=self.serial)
+        return self.pool.member(model, choice.member, taken=self.taken)
+
+    def groups(self, serials: Ints) -> Ints:
+        """The group of each of these items."""
+        alone = len(self.serial)
+        model = self.catalogue.model[serials]
+        return np.where(
+            np.isin(serials, self.serial),
+            np.searchsorted(self.serial, serials),
+            alone + np.searchsorted(self.situation.model[alone:], model),
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,14 +92,16 @@ def candidates(
         np.concatenate((np.ones(len(serial), np.int64), count[groups])),
         np.concatenate((beliefs.rested[own], np.full(len(groups), NEVER, np.int64))),
     )
-    return Candidates(situation, serial, pool)
+    return Candidates(catalogue, situation, situation.count, serial, serial, pool)
 
 
-def decide(candidates: Candidates, scorer: Scorer, seed: int) -> Decision:
-    """Score every group, play the best."""
+def decide(
+    candidates: Candidates, scorer: Scorer, seed: int, place: int = 0
+) -> Decision:
+    """Score every group, play the best; `place`: how many were chosen before it."""
     situation = candidates.situation
     scored = scorer(situation, seed)
-    choice = choose(scored, situation.count, seed)
+    choice = choose(scored, candidates.left, seed, place)
     scores = scored.scores[choice.row] if isinstance(scored, Mixture) else scored
     group = slice(choice.group, choice.group + 1)
     like = expected_like(

@@ -79,12 +79,13 @@ def record(store: Store, live: Live, play_id: UUID, *, explain: bool) -> Record:
 def explained(replay: Replay) -> Explanation:
     """The candidates of a decision, best first."""
     decision = replay.decision
+    left = decision.candidates.left > 0
     order = np.argsort(-decision.scores, kind="stable")
-    order = order[order != decision.choice.group][: MOST_GROUPS - 1]
+    order = order[left[order] & (order != decision.choice.group)][: MOST_GROUPS - 1]
     others = [_group(replay, int(row)) for row in order]
     played = _group(replay, decision.choice.group)
     return Explanation(
-        groups=len(decision.scores),
+        groups=int(left.sum()),
         candidates=(played, *others),
         runner_up=others[0] if others else None,
     )
@@ -98,7 +99,7 @@ def _group(replay: Replay, row: int) -> Group:
         situation.models, situation.model[only], situation.belief[only]
     )
     rested = int(situation.rested[row])
-    count = int(situation.count[row])
+    count = int(replay.decision.candidates.left[row])
     return Group(
         item=_only_item(replay, row) if count == 1 else None,
         model=model.id,

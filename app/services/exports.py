@@ -33,7 +33,7 @@ async def export_items(database: Database) -> AsyncIterator[str]:
 async def export_history(database: Database) -> AsyncIterator[str]:
     """All plays that were closed, user by user, in order."""
     async for user in each_user(database):
-        after = -1
+        after = (-1, 0)
         while some := await database.run(
             partial(plays.history, user=user, after=after, limit=PAGE)
         ):
@@ -41,8 +41,10 @@ async def export_history(database: Database) -> AsyncIterator[str]:
                 answer = {"signal": play.signal, "at": play.answered_at.isoformat()}
                 if play.fraction is not None:
                     answer["fraction"] = play.fraction
+                if play.closed == after[0]:
+                    answer["together"] = True
                 yield _line({"user": user, "item": play.item} | answer)
-            after = some[-1].closed
+                after = (play.closed, play.place)
 
 
 def _line(plain: object) -> str:

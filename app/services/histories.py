@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from functools import partial
 from itertools import islice
 
-from app.domain import Answer, ItemModel
+from app.domain import Answer, ItemModel, Play
 from app.errors import Fault, UnknownSignal
 from app.services.answers import answer_of, reply_of
 from app.services.catalogue import Catalogue
@@ -24,19 +24,23 @@ from app.storage import plays, revision, users
 from app.storage.database import Database
 from app.storage.store import Store
 
-FIELDS = ("user", "item", "signal", "fraction", "at")
+FIELDS = ("user", "item", "signal", "fraction", "at", "together")
 TOGETHER = 64  # users whose plays may share one group commit
 
 
 @dataclass(frozen=True, slots=True)
 class PastPlay:
-    """A play and its answer: a signal, else the share that was played; `at` as ISO."""
+    """A play and its answer: a signal, else the share that was played; `at` as ISO.
+
+    together: it took place in the slot of the user's play before it
+    """
 
     user: str
     item: str
     signal: str | None
     fraction: float | None
     at: str | None
+    together: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,16 +157,24 @@ def _enter(
     catalogue = live.catalogue(store, known)
     before = plays.idempotency_keys(store, user.id)
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
-    new = [(key, play) for key, play in _keyed(history) if key not in before]
-    for key, play in new:
+    entered = 0
+    last: Play | None = None
+    for key, play in _keyed(history):
+        if key in before:
+            last = None
+            continue
+        if not play.together:
+            last = None
+            standing.forget()
         serial = catalogue.listing.serials[play.item]
         answer = _answer(settings, catalogue.model_of(serial), play)
         at = None if play.at is None else datetime.fromisoformat(play.at)
-        standing.report(serial, answer, key, at)
-        standing.learn(serial, answer)
-    if new:
-        standing.save(user.pending)
-    return len(new)
+        last = standing.report(serial, answer, key, at, beside=last)
+        standing.learn(last.slot, serial, answer)
+        entered += 1
+    if entered:
+        standing.save()
+    return entered
 
 
 def _keyed(history: Iterable[PastPlay]) -> Iterator[tuple[str, PastPlay]]:
@@ -170,8 +182,9 @@ def _keyed(history: Iterable[PastPlay]) -> Iterator[tuple[str, PastPlay]]:
     count: Counter[PastPlay] = Counter()
     for play in history:
         count[play] += 1
-        plain = (play.item, play.signal, play.fraction, play.at, count[play])
-        digest = hashlib.sha256(json.dumps(plain).encode()).hexdigest()
+        plain = [play.item, play.signal, play.fraction, play.at, count[play]]
+        together = ["together"] if play.together else []
+        digest = hashlib.sha256(json.dumps(plain + together).encode()).hexdigest()
         yield f"import:{digest}", play
 
 

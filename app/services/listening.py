@@ -1,10 +1,12 @@
 """The loop that listeners live in: the next play, and its answer."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from uuid import UUID
 
 from app.domain import (
+    EVERYTHING,
     NO_ANSWER,
     Answer,
     ItemModel,
@@ -13,6 +15,7 @@ from app.domain import (
     Report,
     Revision,
     Selection,
+    Slate,
 )
 from app.errors import (
     Fault,
@@ -25,7 +28,8 @@ from app.services import selections
 from app.services.answers import answer_of, is_repeated
 from app.services.catalogue import Catalogue
 from app.services.live import Live
-from app.services.standing import Offer, Standing
+from app.services.offers import Offer
+from app.services.standing import Standing
 from app.storage import plays, users
 from app.storage.store import Store
 from policies import Answered
@@ -35,17 +39,17 @@ NEVER_ANSWERED = Answer(NO_ANSWER)
 
 @dataclass(frozen=True, slots=True)
 class Next:
-    """The play to show now. `expired`: an earlier one was closed as never answered."""
+    """What to play now. `expired`: closed as never answered."""
 
     offer: Offer
-    expired: Play | None = None
+    expired: Sequence[Play] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Feedback:
     """What became of an answer.
 
-    slot:     the user's slot after it
+    slot:     the one after that in which the play took place
     repeated: the same answer had been given before, and nothing was changed
     learned:  what the answer taught, None if repeated
     chosen_by: name of the policy that chose the play, None if the user did
@@ -60,28 +64,34 @@ class Feedback:
     chosen_by: str | None = None
 
 
-def next_play(store: Store, live: Live, user_id: str, selection: Selection) -> Next:
-    """The pending play if there is one, else a new one."""
+def next_play(
+    store: Store, live: Live, user_id: str, selection: Selection, count: int = 1
+) -> Next:
+    """The pending plays if there are any, else new ones."""
     revision, user = users.by_id(store, user_id)
     catalogue = live.catalogue(store, revision)
     pool = selections.pool(catalogue, selection)
     now = datetime.now(UTC)
     pending = user.pending
-    if pending is not None and now - pending.created_at <= live.pending_ttl:
+    if pending is not None and now - pending.since <= live.pending_ttl:
         return Next(_offered_before(store, live, catalogue, pending, user.slot))
     standing = Standing.of(store, catalogue, user, now)
-    if pending is not None:
-        standing.close(pending, NEVER_ANSWERED)
+    expired = () if pending is None else pending.waiting
+    for play in expired:
+        standing.close(play, NEVER_ANSWERED)
     policy = live.policy(store, revision, catalogue)
-    offer = standing.choose(policy, pool, selection)
-    standing.save(offer.play)
-    return Next(offer, expired=pending)
+    offer = standing.choose(policy, pool, selection, count)
+    standing.save()
+    return Next(offer, expired)
 
 
 def give_feedback(
-    store: Store, live: Live, play_id: UUID, reply: Reply, then: Selection | None
+    store: Store, live: Live, play_id: UUID, reply: Reply, then: int | None
 ) -> Feedback:
-    """Take the answer of a play, exactly once; then, if asked, choose the next one."""
+    """Take the answer of a play, exactly once; then, if asked, tell what comes next.
+
+    then: how many plays to choose for the next slot, None: not asked
+    """
     found = users.by_play(store, play_id)
     if found is None:
         raise PlayNotFound(play_id)
@@ -93,13 +103,13 @@ def give_feedback(
         return replace(feedback, next=_next_if_any(store, live, user.id, then))
     answer = answer_of(model, reply)
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
-    learned = standing.close(play, answer)
-    offer = None if then is None else _chosen(live, revision, standing, then)
-    standing.save(None if offer is None else offer.play)
+    slot, learned = standing.close(play, answer)
+    offer = None if then is None else _following(live, revision, standing, then)
+    standing.save()
     return Feedback(
         play,
         answer.signal,
-        standing.slot,
+        slot + 1,
         learned=learned,
         next=None if offer is None else Next(offer),
         chosen_by=live.version(store, play.policy or 0).name,
@@ -120,39 +130,40 @@ def report_play(store: Store, live: Live, user_id: str, report: Report) -> Feedb
     answer = answer_of(model, report.reply)
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
     play = standing.report(serial, answer, report.key)
-    learned = standing.learn(serial, answer)
-    standing.save(user.pending)
+    learned = standing.learn(play.slot, serial, answer)
+    standing.save()
     return Feedback(play, answer.signal, standing.slot, learned=learned)
 
 
 def _offered_before(
-    store: Store, live: Live, catalogue: Catalogue, play: Play, slot: int
+    store: Store, live: Live, catalogue: Catalogue, pending: Slate, slot: int
 ) -> Offer:
-    policy = live.version(store, play.policy or 0)
-    signals = catalogue.model_of(play.item).answers
-    shelf = catalogue.shelf(play.item)
-    return Offer(play, shelf, slot, policy, signals, repeated=True)
+    policy = live.version(store, pending.waiting[0].policy or 0)
+    return Offer.of(catalogue, pending, slot, policy)
 
 
-def _chosen(
-    live: Live, revision: Revision, standing: Standing, selection: Selection
+def _following(
+    live: Live, revision: Revision, standing: Standing, count: int
 ) -> Offer | None:
-    """A next play; an answer is taken also where nothing is left to play."""
+    """What else waits, or new plays; an answer is taken also where there are none."""
+    store, catalogue = standing.store, standing.catalogue
+    if standing.pending is not None:
+        return _offered_before(store, live, catalogue, standing.pending, standing.slot)
     try:
-        pool = selections.pool(standing.catalogue, selection)
+        pool = selections.pool(catalogue, EVERYTHING)
     except NothingToPlay:
         return None
-    policy = live.policy(standing.store, revision, standing.catalogue)
-    return standing.choose(policy, pool, selection)
+    policy = live.policy(store, revision, catalogue)
+    return standing.choose(policy, pool, EVERYTHING, count)
 
 
 def _next_if_any(
-    store: Store, live: Live, user_id: str, selection: Selection | None
+    store: Store, live: Live, user_id: str, count: int | None
 ) -> Next | None:
-    if selection is None:
+    if count is None:
         return None
     try:
-        return next_play(store, live, user_id, selection)
+        return next_play(store, live, user_id, EVERYTHING, count)
     except NothingToPlay:
         return None
 

@@ -6,9 +6,11 @@ from datetime import UTC, datetime
 
 from app.domain import ItemModel, ItemSignals, Revision
 from app.errors import Fault, ModelInUse, ModelNotFound
+from app.services import index_coverage, index_tables
 from app.services.catalogue import mathematical
 from app.services.changes import Change
 from app.services.new_models import NewModel, check, signals_of
+from app.services.policy import table_discount_in_force
 from app.storage import audit, models, revision
 from app.storage.store import Store
 
@@ -59,12 +61,16 @@ def put(store: Store, new: NewModel, by: str) -> Outcome:
 def put_all(
     store: Store, known: Revision, outcomes: Sequence[Outcome], by: str
 ) -> None:
-    """Note what models become, all in one catalogue."""
+    """Note what models become, with tables if need be, all in one catalogue."""
     changed = [each.model for each in outcomes if each.change is not Change.UNCHANGED]
     if not changed:
         return
+    discount = table_discount_in_force(store, known)
+    tables = index_coverage.of_new(store, changed, discount)
     moved = any(each.moved for each in outcomes)
+    revision.rely_on_policy(store, known)
     catalogue = revision.advance_catalogue(store, known, new_epoch=moved)
+    index_tables.insert(store, tables, catalogue)
     for model in changed:
         models.insert(store, replace(model, catalogue=catalogue))
         detail = {"version": model.version}

@@ -5,17 +5,27 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from app.domain import PolicyVersion, Revision
-from app.errors import Fault, InvalidRequest, NoEarlierPolicy
+from app.errors import Fault, InvalidRequest, NoEarlierPolicy, NotReady
+from app.services import index_coverage
+from app.services.index_coverage import Coverage
 from app.services.live import find_policy
-from app.services.policy_catalogue import complete
+from app.services.policy_catalogue import complete, made
 from app.storage import audit, policies, revision
 from app.storage.store import Store
 
 DEFAULT = "exact_rollout"
 
 
-def current(store: Store) -> PolicyVersion:
-    return find_policy(store, revision.current(store).policy)
+@dataclass(frozen=True, slots=True)
+class Present:
+    """The policy in force, and how far the index tables are that it needs, if any."""
+
+    version: PolicyVersion
+    tables: Coverage | None
+
+    @property
+    def warnings(self) -> Sequence[str]:
+        return () if self.tables is None else self.tables.warnings
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +36,28 @@ class History:
     next: int | None
 
 
+def current(store: Store) -> Present:
+    known = revision.current(store)
+    found = find_policy(store, known.policy)
+    tables = index_coverage.coverage(store, known, table_discount(found))
+    return Present(found, tables)
+
+
+def table_discount(version: PolicyVersion | None) -> float | None:
+    """Discount of the index tables that a policy needs, None if it needs none.
+
+    None also for a policy that this release does not know, and cannot use.
+    """
+    try:
+        return None if version is None else made(version).table_discount
+    except NotReady:
+        return None
+
+
+def table_discount_in_force(store: Store, known: Revision) -> float | None:
+    return table_discount(policies.by_version(store, known.policy))
+
+
 def history(store: Store, before: int, limit: int) -> History:
     found = policies.page(store, before, limit + 1)
     shown = found[:limit]
@@ -33,16 +65,18 @@ def history(store: Store, before: int, limit: int) -> History:
 
 
 def ensure_one(store: Store) -> None:
-    """Put the default policy in force where none ever was."""
+    """Put the default policy in force where none ever was; see to its tables."""
     known = revision.current(store)
     if known.policy == 0:
         params = complete(DEFAULT, {})
         _activate(store, known, DEFAULT, params, "the default", "encore")
+    else:
+        index_coverage.ensure(store, known, table_discount_in_force(store, known))
 
 
 def swap(
     store: Store, name: str, params: Mapping[str, object], note: str, by: str
-) -> PolicyVersion:
+) -> Present:
     """Put a policy in force; its name and parameters must be valid."""
     try:
         params = complete(name, params)
@@ -50,10 +84,10 @@ def swap(
         field, _, message = str(error).partition(": ")
         fault = Fault(f"params.{field}", message)
         raise InvalidRequest(f"This is no policy: {error}.", fault) from error
-    return _activate(store, revision.current(store), name, params, note, by)
+    return _usable(_activate(store, revision.current(store), name, params, note, by))
 
 
-def roll_back(store: Store, note: str, by: str) -> PolicyVersion:
+def roll_back(store: Store, note: str, by: str) -> Present:
     """Return to the policy before the one in force; again, to the one before that."""
     known = revision.current(store)
     present = find_policy(store, known.policy)
@@ -62,8 +96,10 @@ def roll_back(store: Store, note: str, by: str) -> PolicyVersion:
         raise NoEarlierPolicy("The first policy is in force.")
     before = find_policy(store, origin - 1)
     restored = find_policy(store, before.restores or before.version)
-    return _activate(
-        store, known, restored.name, restored.params, note, by, restored.version
+    return _usable(
+        _activate(
+            store, known, restored.name, restored.params, note, by, restored.version
+        )
     )
 
 
@@ -75,10 +111,17 @@ def _activate(  # noqa: PLR0913, PLR0917 - the columns of a policy
     note: str,
     by: str,
     restores: int | None = None,
-) -> PolicyVersion:
+) -> Present:
     now = datetime.now(UTC)
     version = revision.advance_policy(store, known)
     policy = PolicyVersion(version, name, params, note, now, by, restores)
     policies.insert(store, policy)
     audit.note(store, now, by, "policy", str(version), {"name": name, "note": note})
-    return policy
+    return Present(policy, index_coverage.ensure(store, known, table_discount(policy)))
+
+
+def _usable(present: Present) -> Present:
+    """Refuse a policy that could choose nothing."""
+    if present.tables is not None:
+        index_coverage.refuse_large(present.tables.too_large)
+    return present

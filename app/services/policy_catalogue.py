@@ -4,6 +4,8 @@ import inspect
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from app.domain import PolicyVersion
+from app.errors import NotReady
 from policies import (
     POLICIES,
     Bounds,
@@ -66,3 +68,11 @@ def complete(name: str, params: Mapping[str, object]) -> Mapping[str, object]:
         ValueError: names the field at fault.
     """
     return params_of(create(name, params))
+
+
+def made(version: PolicyVersion) -> Policy:
+    """The policy that was put in force under a version."""
+    try:
+        return create(version.name, version.params)
+    except ValueError as error:
+        raise NotReady(f"This release has no such policy: {error}.") from error

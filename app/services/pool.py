@@ -37,11 +37,14 @@ class Pool:
             NOBODY,
         )
 
+    @property
+    def is_empty(self) -> bool:
+        return len(self.serials) == len(self.excluded)
+
     def without(self, excluded: Ints) -> "Pool":
-        serials = np.unique(excluded)
-        return Pool(
-            self.serials, self.by_model, serials[_within(self.serials, serials)]
-        )
+        """What is left of it when these items may not be chosen either."""
+        inside = excluded[_within(self.serials, excluded)]
+        return Pool(self.serials, self.by_model, np.union1d(self.excluded, inside))
 
     def holds(self, serials: Ints) -> NDArray[np.bool_]:
         """Which of these items may be chosen."""

@@ -11,6 +11,7 @@ from app.services.catalogue import Shelf
 from app.services.live import Live
 from app.services.standing import Standing
 from app.storage import audit, plays, revision, users
+from app.storage.plays import Position
 from app.storage.store import Store
 
 
@@ -42,10 +43,10 @@ class Interest:
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """A page of a user's closed plays, the latest first."""
+    """A page of a user's closed plays, the latest first. `next`: where it ended."""
 
     plays: Sequence[tuple[Play, Shelf]]
-    next: int | None
+    next: Position | None
 
 
 def interest(
@@ -70,12 +71,15 @@ def interest_in(
     return Interest(standing.slot, found, None)
 
 
-def history(store: Store, live: Live, user_id: str, before: int, limit: int) -> History:
-    """The closed plays of a user, before a slot."""
+def history(
+    store: Store, live: Live, user_id: str, before: Position, limit: int
+) -> History:
+    """The closed plays of a user, before a position."""
     catalogue = live.catalogue(store, revision.current(store))
     found = plays.page(store, user_id, before, limit + 1)
     shown = [(play, catalogue.shelf(play.item)) for play in found[:limit]]
-    return History(shown, found[limit - 1].closed if len(found) > limit else None)
+    last = found[limit - 1] if len(found) > limit else None
+    return History(shown, None if last is None else (last.closed or 0, last.place))
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,8 +99,9 @@ def export(store: Store, live: Live, user_id: str) -> Holding:
     held = [_of_item(standing, serial) for serial in standing.entries.serial.tolist()]
     shelf = standing.catalogue.shelf
     pending = standing.user.pending
+    waiting = () if pending is None else pending.waiting
     closed = plays.every(store, user_id, before=standing.user.slot)
-    log = [*reversed(list(closed)), *([] if pending is None else [pending])]
+    log = [*reversed(list(closed)), *waiting]
     return Holding(standing.user, held, [(play, shelf(play.item)) for play in log])
 
 

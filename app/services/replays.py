@@ -4,10 +4,11 @@ from dataclasses import dataclass
 from functools import partial
 
 from app.domain import Play, Revision
-from app.services import beliefs, decisions, selections
+from app.services import beliefs, decisions, index_tables, selections, slates
 from app.services.catalogue import Catalogue, Shelf, stacked
 from app.services.decisions import Decision
-from app.services.live import Live, load_policy
+from app.services.live import Live
+from app.storage import index_tables as stored
 from app.storage import items, models, plays, revision
 from app.storage.store import Store
 
@@ -25,13 +26,17 @@ def replay(store: Store, live: Live, play: Play) -> Replay:
     if play.policy is None or play.seed is None:
         raise ValueError(f"play {play.id} was not recommended")
     catalogue = _catalogue_of(store, live, play)
-    policy = load_policy(store, play.policy, catalogue.models)
+    policy = live.load(store, play.policy, catalogue)
     log = plays.closed(store, play.user, before=play.slot)
     entries = beliefs.rebuilt(catalogue, log, play.slot)
     now = beliefs.at(catalogue, entries, play.slot)
     pool = selections.pool(catalogue, play.selection)
     candidates = decisions.candidates(catalogue, pool, now, policy.policy)
-    decide = partial(decisions.decide, candidates, policy.scorer, play.seed)
+    together = [item for item, _ in plays.of_slate(store, play)]
+    before = together[: play.place]
+    decide = partial(
+        slates.decide_next, candidates, policy, play.seed, before, len(together)
+    )
     return Replay(catalogue, store.aside(decide))
 
 
@@ -44,6 +49,8 @@ def _catalogue_of(store: Store, live: Live, play: Play) -> Catalogue:
         shelf = Shelf(row.id, "", row.tags or (), {})
         listing.put(row.serial, shelf, row.model or "", active=bool(row.active))
     versions = models.at(store, play.catalogue)
+    published = stored.published(store, -1, play.catalogue)
+    tables = index_tables.followed((), published, versions)
     then = Revision(play.catalogue, play.catalogue, 0)
-    build = partial(Catalogue.build, then, versions, listing, stacked(versions))
+    build = partial(Catalogue.build, then, versions, tables, listing, stacked(versions))
     return store.aside(build)

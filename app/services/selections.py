@@ -18,7 +18,7 @@ def pool(catalogue: Catalogue, selection: Selection) -> Pool:
         chosen = Pool.of(remaining, catalogue.model, len(catalogue.versions))
     if selection.excluded:
         chosen = chosen.without(_serials(catalogue, "exclude", selection.excluded))
-    if len(chosen.serials) == len(chosen.excluded):
+    if chosen.is_empty:
         raise NothingToPlay(_why(catalogue, selection))
     return chosen
 

@@ -6,14 +6,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
+from uuid import UUID
 
 from uuid_utils.compat import uuid7
 
-from app.domain import Answer, Play, PolicyVersion, Selection, Source, User
-from app.services import beliefs, decisions
-from app.services.catalogue import Catalogue, Shelf
+from app.domain import (
+    Answer,
+    Play,
+    Selection,
+    Slate,
+    Source,
+    User,
+    settled,
+)
+from app.services import beliefs, decisions, slates
+from app.services.catalogue import Catalogue
 from app.services.decisions import Decision
 from app.services.live import InForce
+from app.services.offers import Offer
 from app.services.pool import Pool
 from app.storage import plays, users
 from app.storage.packing import Entries, pack
@@ -23,127 +33,157 @@ from policies import Answered
 INLINE = 200.0  # microseconds; a longer decision is worth handing to a thread
 
 
-@dataclass(frozen=True, slots=True)
-class Offer:
-    """A play that waits for its answer, and what a client shows of it.
-
-    slot:     in which it will take place if it is answered next
-    signals:  names of the answers that its model knows
-    repeated: it was offered before and has not been answered
-    took:     seconds that the decision took
-    """
-
-    play: Play
-    shelf: Shelf
-    slot: int
-    policy: PolicyVersion
-    signals: Sequence[str]
-    repeated: bool
-    took: float | None = None
-
-
 @dataclass(slots=True)
 class Standing:
-    """A user's slot and beliefs, moving on within one unit of work."""
+    """A user's slot, beliefs and pending plays, moving on within one unit of work."""
 
     store: Store
     catalogue: Catalogue
     user: User
     slot: int
     entries: Entries
+    pending: Slate | None
     at: datetime
+    learned: bool = False
 
     @classmethod
     def of(
         cls, store: Store, catalogue: Catalogue, user: User, at: datetime
     ) -> "Standing":
         entries = beliefs.kept(store, catalogue, user)
-        return cls(store, catalogue, user, user.slot, entries, at)
+        pending = user.pending
+        return cls(store, catalogue, user, user.slot, entries, pending, at)
 
-    def close(self, play: Play, answer: Answer) -> Answered:
-        """Note the answer of a pending play."""
-        plays.close(self.store, play, self.slot, answer, self.at)
-        return self.learn(play.item, answer)
+    def close(self, play: Play, answer: Answer) -> tuple[int, Answered]:
+        """Note the answer of a pending play; tell in which slot it took place."""
+        slot = self.take_place(play)
+        plays.close(self.store, play, slot, answer, self.at)
+        return slot, self.learn(slot, play.item, answer)
 
-    def learn(self, serial: int, answer: Answer) -> Answered:
-        """Move all beliefs on by one slot, in which this item was played."""
+    def take_place(self, play: Play) -> int:
+        """Give a pending play its slot: that of its slate, if it is not too late."""
+        if self.pending is None:
+            return self.slot
+        slot = self._shared(self.pending.slot(self.slot), play.item)
+        self.pending = self.pending.without(play, slot)
+        return slot
+
+    def learn(self, slot: int, serial: int, answer: Answer) -> Answered:
+        """Learn the answer to an item that was played in a slot, at the latest now."""
         self.entries, learned = beliefs.after_play(
-            self.catalogue, self.entries, self.slot, serial, answer.signal
+            self.catalogue, self.entries, slot, serial, answer.signal
         )
-        self.slot += 1
+        self.slot = max(self.slot, slot + 1)
+        self.learned = True
         return learned
 
-    def choose(self, policy: InForce, pool: Pool, selection: Selection) -> Offer:
-        """Choose a play and enter it as pending."""
-        began = time.perf_counter()
-        decision = self.decide(policy, pool, secrets.randbits(63))
-        took = time.perf_counter() - began
-        play = self._chosen(decision, policy, selection)
-        plays.insert(self.store, play)
-        shelf = self.catalogue.shelf(decision.serial)
-        signals = self.catalogue.model_of(decision.serial).answers
-        return Offer(
-            play, shelf, self.slot, policy.version, signals, repeated=False, took=took
-        )
+    def choose(
+        self, policy: InForce, pool: Pool, selection: Selection, count: int
+    ) -> Offer:
+        """Choose plays for one slot, if there are as many, and enter them as pending.
 
-    def decide(self, policy: InForce, pool: Pool, seed: int) -> Decision:
+        Nothing else may be pending any more.
+        """
+        began = time.perf_counter()
+        made = self.decide(policy, pool, secrets.randbits(63), count)
+        took = time.perf_counter() - began
+        chosen = self._chosen(made, policy, selection)
+        for play in chosen:
+            plays.insert(self.store, play)
+        self.pending = Slate(chosen)
+        return Offer.of(self.catalogue, self.pending, self.slot, policy.version, took)
+
+    def decide(
+        self, policy: InForce, pool: Pool, seed: int, count: int = 1
+    ) -> Sequence[Decision]:
         """Decide, aside from other requests if that takes long."""
         now = beliefs.at(self.catalogue, self.entries, self.slot)
         candidates = decisions.candidates(self.catalogue, pool, now, policy.policy)
-        work = partial(decisions.decide, candidates, policy.scorer, seed)
-        if policy.policy.cost(candidates.situation) > INLINE:
+        count = min(count, int(candidates.left.sum()))
+        work = partial(slates.decide, candidates, policy, seed, count)
+        if policy.policy.cost(candidates.situation) * count > INLINE:
             return self.store.aside(work)
         return work()
 
-    def save(self, pending: Play | None) -> None:
+    def save(self) -> None:
         """Note the user's next standing."""
-        pending_id = None if pending is None else pending.id
         users.move(
-            self.store, self.user, slot=self.slot, pending=pending_id, at=self.at
+            self.store, self.user, slot=self.slot, pending=self.pending, at=self.at
         )
-        if self.slot != self.user.slot or self.user.epoch != self.catalogue.epoch:
+        if self.learned or self.user.epoch != self.catalogue.epoch:
+            self.forget()
             users.keep_beliefs(
                 self.store, self.user.id, self.catalogue.epoch, pack(self.entries)
             )
 
+    def forget(self) -> None:
+        """Drop what need not be kept."""
+        self.entries = beliefs.without_forgotten(
+            self.catalogue, self.entries, settled(self.slot, self.pending)
+        )
+
     def report(
-        self, serial: int, answer: Answer, key: str | None, at: datetime | None = None
+        self,
+        serial: int,
+        answer: Answer,
+        key: str | None,
+        at: datetime | None = None,
+        beside: Play | None = None,
     ) -> Play:
-        """Enter a play that the user chose alone; it took place now or at a moment."""
-        belief, _ = beliefs.of_item(self.catalogue, self.entries, self.slot, serial)
+        """Enter a play that the user chose alone; it took place now or at a moment.
+
+        beside: in the slot of another play
+        """
+        slot = self.slot if beside is None else self._shared(beside.slot, serial)
+        belief, _ = beliefs.of_item(self.catalogue, self.entries, slot, serial)
         like = beliefs.expected(self.catalogue, serial, belief)
         at = at or self.at
         play = replace(
-            self._play(serial, like),
+            self._play(uuid7(), serial, slot, like),
             source=Source.REPORTED,
-            closed=self.slot,
+            closed=slot,
             signal=answer.signal,
             fraction=answer.fraction,
             created_at=at,
             answered_at=at,
             idempotency_key=key,
         )
+        if beside is not None and slot == beside.slot:
+            play = replace(play, slate=beside.slate, place=beside.place + 1)
         plays.insert(self.store, play)
         return play
 
     def _chosen(
-        self, decision: Decision, policy: InForce, selection: Selection
-    ) -> Play:
-        return replace(
-            self._play(decision.serial, decision.predicted),
-            policy=policy.version.version,
-            seed=decision.seed,
-            selection=selection,
-            propensity=decision.choice.propensity,
+        self, made: Sequence[Decision], policy: InForce, selection: Selection
+    ) -> tuple[Play, ...]:
+        ids = [uuid7() for _ in made]
+        return tuple(
+            replace(
+                self._play(ids[place], decision.serial, self.slot, decision.predicted),
+                slate=ids[0],
+                place=place,
+                policy=policy.version.version,
+                seed=decision.seed,
+                selection=selection,
+                propensity=decision.choice.propensity,
+            )
+            for place, decision in enumerate(made)
         )
 
-    def _play(self, serial: int, predicted: float) -> Play:
+    def _shared(self, slot: int, serial: int) -> int:
+        """A slot to share, or the present one if the item was played since."""
+        if slot < self.slot and beliefs.has_passed(self.entries, slot, serial):
+            return self.slot
+        return slot
+
+    def _play(self, play_id: UUID, serial: int, slot: int, predicted: float) -> Play:
         model = self.catalogue.model_of(serial)
         return Play(
-            id=uuid7(),
+            id=play_id,
+            slate=play_id,
             user=self.user.id,
             item=serial,
-            slot=self.slot,
+            slot=slot,
             source=Source.RECOMMENDED,
             catalogue=self.catalogue.version,
             model=model.id,

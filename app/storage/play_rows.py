@@ -13,6 +13,8 @@ def to_row(play: Play) -> Mapping[str, object]:
     return {
         "user_id": play.user,
         "id": play.id,
+        "slate": play.slate,
+        "place": play.place,
         "item": play.item,
         "slot": play.slot,
         "closed": play.closed,
@@ -36,6 +38,8 @@ def to_row(play: Play) -> Mapping[str, object]:
 def from_row(row: sa.Row[Any]) -> Play:
     return Play(
         id=row.id,
+        slate=row.slate,
+        place=row.place,
         user=row.user_id,
         item=row.item,
         slot=row.slot,

@@ -3,15 +3,17 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any
+from typing import Any, TypeAlias
 from uuid import UUID
 
 import sqlalchemy as sa
 
-from app.domain import Answer, Play
+from app.domain import Answer, Play, Slate
 from app.storage.play_rows import from_row, to_row
 from app.storage.store import Store
 from app.storage.tables import items, plays
+
+Position: TypeAlias = tuple[int, int]  # a slot, and a place in it
 
 INSERT = plays.insert()
 CLOSE = (
@@ -33,18 +35,18 @@ BY_ID = sa.select(plays).where(plays.c.id == sa.bindparam("play"))
 CLOSED_PLAYS = (
     sa.select(plays.c.item, plays.c.closed, plays.c.signal)
     .where(plays.c.user_id == sa.bindparam("user"), plays.c.closed.is_not(None))
-    .order_by(plays.c.closed)
+    .order_by(plays.c.closed, plays.c.place)
 )
 BEFORE_SLOT = CLOSED_PLAYS.where(plays.c.closed < sa.bindparam("slot"))
+WHERE = sa.tuple_(plays.c.closed, plays.c.place)
+GIVEN = sa.tuple_(
+    sa.bindparam("slot", type_=sa.Integer), sa.bindparam("place", type_=sa.Integer)
+)
 PAGE = (
     sa.select(plays, items.c.id.label("item_id"))
     .join(items, items.c.serial == plays.c.item)
-    .where(
-        plays.c.user_id == sa.bindparam("user"),
-        plays.c.closed.is_not(None),
-        plays.c.closed < sa.bindparam("before"),
-    )
-    .order_by(plays.c.closed.desc())
+    .where(plays.c.user_id == sa.bindparam("user"), WHERE < GIVEN)
+    .order_by(plays.c.closed.desc(), plays.c.place.desc())
     .limit(sa.bindparam("limit"))
 )
 
@@ -52,23 +54,40 @@ HISTORY = (
     sa.select(
         items.c.id.label("item"),
         plays.c.closed,
+        plays.c.place,
         plays.c.signal,
         plays.c.fraction,
         plays.c.answered_at,
     )
     .join(items, items.c.serial == plays.c.item)
-    .where(
-        plays.c.user_id == sa.bindparam("user"),
-        plays.c.closed > sa.bindparam("after"),
-    )
-    .order_by(plays.c.closed)
+    .where(plays.c.user_id == sa.bindparam("user"), WHERE > GIVEN)
+    .order_by(plays.c.closed, plays.c.place)
     .limit(sa.bindparam("limit"))
 )
 KEYS = sa.select(plays.c.idempotency_key).where(
     plays.c.user_id == sa.bindparam("user"), plays.c.idempotency_key.is_not(None)
 )
-PENDING_OF = sa.select(plays.c.id).where(
-    plays.c.user_id == sa.bindparam("user"), plays.c.closed.is_(None)
+WAITING = (
+    sa.select(plays)
+    .where(plays.c.user_id == sa.bindparam("user"), plays.c.closed.is_(None))
+    .order_by(plays.c.place)
+)
+OF_SLATE = (
+    sa.select(plays.c.item, plays.c.closed)
+    .where(
+        plays.c.user_id == sa.bindparam("user"), plays.c.slate == sa.bindparam("slate")
+    )
+    .order_by(plays.c.place)
+)
+SLOTS = (
+    sa.select(
+        plays.c.closed,
+        sa.func.count().label("plays"),
+        sa.func.count(plays.c.slate.distinct()).label("slates"),
+    )
+    .where(plays.c.user_id == sa.bindparam("user"), plays.c.closed.is_not(None))
+    .group_by(plays.c.closed)
+    .order_by(plays.c.closed)
 )
 PENDING = sa.select(sa.func.count()).where(plays.c.closed.is_(None))
 
@@ -124,23 +143,29 @@ def closed(store: Store, user: str, before: int | None = None) -> list[ClosedPla
     return [ClosedPlay(row.item, row.closed, row.signal) for row in rows]
 
 
-def page(store: Store, user: str, before: int, limit: int) -> Sequence[Play]:
-    """Closed plays before a slot, the latest first."""
-    rows = store.rows(PAGE, {"user": user, "before": before, "limit": limit})
-    return [from_row(row) for row in rows]
+def page(store: Store, user: str, before: Position, limit: int) -> Sequence[Play]:
+    """Closed plays before a position, the latest first."""
+    slot, place = before
+    given = {"user": user, "slot": slot, "place": place, "limit": limit}
+    return [from_row(row) for row in store.rows(PAGE, given)]
 
 
 def every(store: Store, user: str, *, before: int, size: int = 500) -> Iterator[Play]:
     """All plays of a user that were closed before a slot, the latest first."""
-    while plays_ := page(store, user, before, size):
+    position = (before, 0)
+    while plays_ := page(store, user, position, size):
         yield from plays_
-        before = plays_[-1].closed or 0
+        position = (plays_[-1].closed or 0, plays_[-1].place)
         store.pause()
 
 
-def history(store: Store, user: str, after: int, limit: int) -> Sequence[sa.Row[Any]]:
-    """Item id, slot, signal, fraction and moment of closed plays after a slot."""
-    return store.rows(HISTORY, {"user": user, "after": after, "limit": limit})
+def history(
+    store: Store, user: str, after: Position, limit: int
+) -> Sequence[sa.Row[Any]]:
+    """Item id, position, signal, fraction and moment of closed plays after another."""
+    slot, place = after
+    given = {"user": user, "slot": slot, "place": place, "limit": limit}
+    return store.rows(HISTORY, given)
 
 
 def idempotency_keys(store: Store, user: str) -> set[str]:
@@ -148,10 +173,25 @@ def idempotency_keys(store: Store, user: str) -> set[str]:
     return {row.idempotency_key for row in store.rows(KEYS, {"user": user})}
 
 
-def pending_of(store: Store, user: str) -> UUID | None:
-    """The play of a user that has no answer."""
-    row = store.row(PENDING_OF, {"user": user})
-    return None if row is None else UUID(str(row.id))
+def pending_of(store: Store, user: str) -> Slate | None:
+    """The plays of a user that have no answer, and the slot that is theirs."""
+    waiting = tuple(from_row(row) for row in store.rows(WAITING, {"user": user}))
+    if not waiting:
+        return None
+    together = of_slate(store, waiting[0])
+    taken = [closed for _, closed in together if closed is not None]
+    return Slate(waiting, min(taken, default=None))
+
+
+def of_slate(store: Store, play: Play) -> Sequence[tuple[int, int | None]]:
+    """Item and closed slot of all plays of a play's slate, by place."""
+    rows = store.rows(OF_SLATE, {"user": play.user, "slate": play.slate})
+    return [(row.item, row.closed) for row in rows]
+
+
+def slots(store: Store, user: str) -> Sequence[sa.Row[Any]]:
+    """Each slot of a user, how many plays it holds, and of how many slates."""
+    return store.rows(SLOTS, {"user": user})
 
 
 def count_pending(store: Store) -> int:

@@ -12,6 +12,7 @@ from app.storage.tables import policies
 
 INSERT = policies.insert()
 BY_VERSION = sa.select(policies).where(policies.c.version == sa.bindparam("version"))
+EVERY = sa.select(policies)
 PAGE = (
     sa.select(policies)
     .where(policies.c.version < sa.bindparam("before"))
@@ -33,6 +34,11 @@ def page(store: Store, before: int, limit: int) -> Sequence[PolicyVersion]:
     """Policies before a version, the latest first."""
     rows = store.rows(PAGE, {"before": before, "limit": limit})
     return [_policy(row) for row in rows]
+
+
+def every(store: Store) -> Sequence[PolicyVersion]:
+    """All policies that were ever put in force."""
+    return [_policy(row) for row in store.rows(EVERY)]
 
 
 def _policy(row: sa.Row[Any]) -> PolicyVersion:

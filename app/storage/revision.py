@@ -20,6 +20,16 @@ def current(store: Store) -> Revision:
     return Revision(row.catalogue, row.epoch, row.policy)
 
 
+def rely_on_catalogue(store: Store, known: Revision) -> None:
+    """Write only if the catalogue is still this one."""
+    store.rely_on_revision("catalogue", known.catalogue)
+
+
+def rely_on_policy(store: Store, known: Revision) -> None:
+    """Write only if the policy in force is still this one."""
+    store.rely_on_revision("policy", known.policy)
+
+
 def advance_catalogue(store: Store, known: Revision, *, new_epoch: bool) -> int:
     """Note a change of the catalogue, written only if none came before it."""
     version = known.catalogue + 1

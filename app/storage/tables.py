@@ -101,6 +101,7 @@ users = sa.Table(
     sa.Column("id", ID, primary_key=True),
     sa.Column("slot", sa.Integer, nullable=False),
     sa.Column("pending", sa.Uuid, nullable=True),
+    sa.Column("pending_slot", sa.Integer, nullable=True),
     sa.Column("version", sa.BigInteger, nullable=False),
     sa.Column("last_seen", Instant, nullable=False),
 )
@@ -118,6 +119,8 @@ plays = sa.Table(
     metadata,
     sa.Column("user_id", ID, primary_key=True),
     sa.Column("id", sa.Uuid, primary_key=True),
+    sa.Column("slate", sa.Uuid, nullable=False),
+    sa.Column("place", sa.Integer, nullable=False),
     sa.Column("item", sa.Integer, nullable=False),
     sa.Column("slot", sa.Integer, nullable=False),
     sa.Column("closed", sa.Integer, nullable=True),
@@ -136,10 +139,11 @@ plays = sa.Table(
     sa.Column("answered_at", Instant, nullable=True),
     sa.Column("idempotency_key", sa.String(255), nullable=True),
     sa.Index(None, "id"),
-    sa.Index("uq_plays_user_id_closed", "user_id", "closed", unique=True),
+    sa.Index(None, "user_id", "closed", "place", unique=True),
     sa.Index(
         "uq_plays_pending",
         "user_id",
+        "place",
         unique=True,
         sqlite_where=sa.text("closed IS NULL"),
         postgresql_where=sa.text("closed IS NULL"),
@@ -164,6 +168,42 @@ policies = sa.Table(
     sa.Column("activated_at", Instant, nullable=False),
     sa.Column("by", sa.String(64), nullable=False),
     sa.Column("restores", sa.Integer, nullable=True),
+)
+
+index_tables = sa.Table(
+    "index_tables",
+    metadata,
+    sa.Column("model", ID, primary_key=True),
+    sa.Column("version", sa.Integer, primary_key=True),
+    sa.Column("discount", sa.Double, primary_key=True),
+    sa.Column("precision", sa.String(8), primary_key=True),
+    sa.Column("catalogue", sa.Integer, nullable=False),
+    sa.Column("states", sa.Integer, nullable=False),
+    sa.Column("divisions", sa.Integer, nullable=False),
+    sa.Column("value_divisions", sa.Integer, nullable=False),
+    sa.Column("points", sa.Integer, nullable=False),
+    sa.Column("reached", sa.Integer, nullable=False),
+    sa.Column("unsettled", sa.Integer, nullable=False),
+    sa.Column("unsettled_elsewhere", sa.Integer, nullable=False),
+    sa.Column("error", sa.Double, nullable=False),
+    sa.Column("low", sa.Double, nullable=False),
+    sa.Column("high", sa.Double, nullable=False),
+    sa.Column("seconds", sa.Double, nullable=False),
+    sa.Column("built_at", Instant, nullable=False),
+    sa.Column("packed", sa.LargeBinary, nullable=False),
+    sa.Index(None, "catalogue"),
+    sa.Index(None, "discount"),
+)
+
+index_builds = sa.Table(
+    "index_builds",
+    metadata,
+    sa.Column("model", ID, primary_key=True),
+    sa.Column("version", sa.Integer, primary_key=True),
+    sa.Column("discount", sa.Double, primary_key=True),
+    sa.Column("worker", sa.String(32), nullable=False),
+    sa.Column("renewed_at", Instant, nullable=False),
+    sa.Column("progress", sa.Double, nullable=False),
 )
 
 keys = sa.Table(

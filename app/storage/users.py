@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from datetime import datetime
+from operator import attrgetter
 from typing import Any
 from uuid import UUID
 
 import sqlalchemy as sa
 
-from app.domain import Play, Revision, User
+from app.domain import Play, Revision, Slate, User
 from app.storage import plays as log
 from app.storage.play_rows import from_row
 from app.storage.store import Store
@@ -20,24 +21,32 @@ STANDING = (
     users.c.slot.label("user_slot"),
     users.c.version.label("user_version"),
     users.c.pending.label("user_pending"),
+    users.c.pending_slot.label("user_pending_slot"),
     beliefs.c.epoch.label("beliefs_epoch"),
-    beliefs.c.packed,
+    # Once is enough, with the first of the plays that wait.
+    sa.case((plays.c.id != users.c.pending, None), else_=beliefs.c.packed).label(
+        "packed"
+    ),
 )
+WAITING = sa.and_(plays.c.user_id == users.c.id, plays.c.closed.is_(None))
 BY_USER = (
     sa.select(*STANDING, plays)
     .select_from(revision)
     .outerjoin(users, users.c.id == sa.bindparam("user"))
     .outerjoin(beliefs, beliefs.c.user_id == users.c.id)
-    .outerjoin(
-        plays, sa.and_(plays.c.user_id == users.c.id, plays.c.id == users.c.pending)
-    )
+    .outerjoin(plays, WAITING)
 )
+ASKED = plays.alias("asked")
 BY_PLAY = (
     sa.select(*STANDING, plays)
     .select_from(revision)
-    .join(plays, plays.c.id == sa.bindparam("play"))
-    .join(users, users.c.id == plays.c.user_id)
+    .join(ASKED, ASKED.c.id == sa.bindparam("play"))
+    .join(users, users.c.id == ASKED.c.user_id)
     .outerjoin(beliefs, beliefs.c.user_id == users.c.id)
+    .outerjoin(plays, WAITING)
+)
+PENDING = sa.select(users.c.pending, users.c.pending_slot).where(
+    users.c.id == sa.bindparam("user")
 )
 MOVE = (
     users.update()
@@ -45,6 +54,7 @@ MOVE = (
     .values(
         slot=sa.bindparam("to_slot"),
         pending=sa.bindparam("to_pending"),
+        pending_slot=sa.bindparam("to_pending_slot"),
         version=sa.bindparam("to_version"),
         last_seen=sa.bindparam("at"),
     )
@@ -66,32 +76,33 @@ AFTER = (
 
 def by_id(store: Store, user: str) -> tuple[Revision, User]:
     """What is in force, and where the user stands."""
-    row = store.row(BY_USER, {"user": user})
-    if row is None:
+    rows = store.rows(BY_USER, {"user": user})
+    if not rows:
         raise LookupError("the database has no revision row: it was not migrated")
-    return _revision(row), _user(user, row)
+    return _revision(rows[0]), _user(user, rows, _waiting(rows))
 
 
 def by_play(store: Store, play: UUID) -> tuple[Revision, User, Play] | None:
     """What is in force, where the play's user stands, and the play."""
-    row = store.row(BY_PLAY, {"play": play})
-    if row is None:
+    rows = store.rows(BY_PLAY, {"play": play})
+    if not rows:
         return None
-    asked = from_row(row)
-    pending = asked if row.user_pending == asked.id else None
-    standing = User(
-        id=asked.user,
-        slot=row.user_slot,
-        version=row.user_version,
-        pending=pending,
-        epoch=row.beliefs_epoch or 0,
-        packed=row.packed or b"",
-    )
-    return _revision(row), standing, asked
+    waiting = _waiting(rows)
+    asked = next((one for one in waiting if one.id == play), None)
+    asked = asked or log.by_id(store, play)
+    if asked is None:
+        return None
+    return _revision(rows[0]), _user(asked.user, rows, waiting), asked
+
+
+def pending_of(store: Store, user: str) -> tuple[UUID | None, int | None]:
+    """The first play said to be pending, and the slot said to be taken."""
+    row = store.row(PENDING, {"user": user})
+    return (None, None) if row is None else (row.pending, row.pending_slot)
 
 
 def move(
-    store: Store, user: User, *, slot: int, pending: UUID | None, at: datetime
+    store: Store, user: User, *, slot: int, pending: Slate | None, at: datetime
 ) -> None:
     """Note the user's next standing; written only if this one still stands."""
     store.rely_on_user(user.id, user.version)
@@ -101,7 +112,8 @@ def move(
         {
             "user": user.id,
             "to_slot": slot,
-            "to_pending": pending,
+            "to_pending": None if pending is None else pending.waiting[0].id,
+            "to_pending_slot": None if pending is None else pending.taken,
             "to_version": user.version + 1 if user.version else first,
             "at": at,
         },
@@ -128,14 +140,21 @@ def _revision(row: sa.Row[Any]) -> Revision:
     return Revision(row.revision_catalogue, row.revision_epoch, row.revision_policy)
 
 
-def _user(user: str, row: sa.Row[Any]) -> User:
+def _waiting(rows: Sequence[sa.Row[Any]]) -> tuple[Play, ...]:
+    found = [from_row(row) for row in rows if row.id is not None]
+    return tuple(sorted(found, key=attrgetter("place")))
+
+
+def _user(user: str, rows: Sequence[sa.Row[Any]], waiting: tuple[Play, ...]) -> User:
+    row = rows[0]
     if row.user_version is None:
         return User(user)
+    is_pending = waiting and row.user_pending is not None
     return User(
         id=user,
         slot=row.user_slot,
         version=row.user_version,
-        pending=None if row.id is None else from_row(row),
+        pending=Slate(waiting, row.user_pending_slot) if is_pending else None,
         epoch=row.beliefs_epoch or 0,
-        packed=row.packed or b"",
+        packed=next((row.packed for row in rows if row.packed), b""),
     )

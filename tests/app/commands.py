@@ -54,7 +54,9 @@ def start(
     return subprocess.Popen(
         [sys.executable, "-m", "app.cli", *map(str, words)],
         cwd=cwd,
-        env=os.environ | {"PYTHONPATH": str(ROOT)} | dict(extra or {}),
+        env=os.environ
+        | {"PYTHONPATH": str(ROOT), "ENCORE_INDEX_TABLES": "off"}
+        | dict(extra or {}),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

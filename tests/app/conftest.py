@@ -9,11 +9,18 @@ import pytest
 
 from app.settings import Settings
 from app.storage import migrate
+from policies import warm_up
 from tests.app.postgres import Server
 from tests.app.service import ADMIN, Service
 from tests.catalogues import load, paper_example
 
 NUMBERS = itertools.count()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compiled() -> None:
+    """Compile before the first service starts: its clients do not wait for ever."""
+    warm_up()
 
 
 @pytest.fixture(scope="session")
@@ -64,7 +71,11 @@ def postgres_url(postgres: Server) -> Iterator[str]:
 @pytest.fixture
 def settings(database_url: str) -> Settings:
     return Settings(
-        database_url=database_url, port=0, bootstrap_key=ADMIN, log_level="error"
+        database_url=database_url,
+        port=0,
+        bootstrap_key=ADMIN,
+        log_level="error",
+        index_tables="off",
     )
 
 

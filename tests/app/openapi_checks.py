@@ -40,10 +40,13 @@ def well_formed_is_accepted(
     """What fits the schema is refused only for what it names.
 
     Or for a payload that no database keeps: a schema cannot reach into nested values.
+    Or for parameters that are too much together: it knows no products.
     """
     if response.status_code == 422:
         problem = response.json()
         fields = {error["field"].partition(".")[0] for error in problem["errors"]}
         if problem["code"] in OF_THE_CONTENT or fields == {"payload"}:
+            return True
+        if all(" times " in error["message"] for error in problem["errors"]):
             return True
     return positive_data_acceptance(ctx, response, case)

@@ -20,7 +20,7 @@ from app.storage import users as users_storage
 from app.storage.database import Database
 from app.storage.packing import Entries, pack, unpack
 from app.storage.store import Store
-from app.storage.tables import beliefs, users
+from app.storage.tables import beliefs, plays, users
 from tests.app.service import Service
 from tests.catalogues import SERIES, SIMPLE
 
@@ -158,6 +158,28 @@ def test_a_wrong_slot_and_a_lost_pending_play_are_found_and_mended(
     rebuild(listened)
     assert audit(listened)[0].findings == []
     assert listened.next("ann")["play"] == pending["play"]
+
+
+def test_a_wrong_slot_of_a_slate_is_found_and_mended(listened: Service) -> None:
+    slate = listened.next("ann", count=3)["plays"]
+    listened.answer(slate[1]["play"], "like")
+    write(listened, SET_USER.values(pending_slot=7))
+
+    [finding] = audit(listened)[0].findings
+
+    assert "the slot of its pending plays is 7, not 12" in finding.problem
+    rebuild(listened)
+    assert listened.answer(slate[0]["play"], "like")["slot"] == 13
+    assert audit(listened)[0].findings == []
+
+
+def test_a_slot_shared_by_plays_not_chosen_together_is_found(listened: Service) -> None:
+    moved = plays.update().where(plays.c.user_id == "ann", plays.c.closed == 11)
+    write(listened, moved.values(closed=10, place=1))
+
+    problems = [finding.problem for finding in audit(listened)[0].findings]
+
+    assert "its slot 10 is shared by plays not chosen together" in problems
 
 
 @pytest.fixture

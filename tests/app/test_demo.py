@@ -119,7 +119,7 @@ def test_a_trial_cut_short_leaves_no_policy_behind(demo: Service) -> None:
     in_database(demo, partial(trial.clean_up, by="a test"))
 
     now = in_database(demo, current)
-    assert (now.name, now.version) == ("myopic", 5)
+    assert (now.version.name, now.version.version) == ("myopic", 5)
 
 
 def test_the_catalogue_is_loaded_once(demo: Service) -> None:

@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from typing import Any
 
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
@@ -18,6 +19,7 @@ from tests.app.test_audits import audit
 from tests.catalogues import SIMPLE
 
 USERS = st.sampled_from(["ann", "bob", "cat"])
+COUNTS = st.integers(1, 3)
 SIGNALS = st.sampled_from(["like", "skip", "none"])
 ITEMS = st.integers(0, 5).map(lambda number: f"song-{number}")
 POLICIES = st.sampled_from(
@@ -35,30 +37,56 @@ class Listening(RuleBasedStateMachine):
     def begin(self) -> None:
         self.run = f"run-{next(NUMBERS)}"
         self.closed: Counter[str] = Counter()
-        self.pending: dict[str, str] = {}
+        self.pending: dict[str, dict[str, str]] = {}  # item of each play that waits
+        self.taken: dict[str, int] = {}
+        self.passed: dict[str, set[str]] = {}
         self.answered: dict[str, str] = {}
         self.service.put_model("even", SIMPLE)
         for number in range(3):
             self.service.put_item(f"song-{number}", "even")
 
-    @rule(user=USERS)
-    def ask_next(self, user: str) -> None:
-        play = self.service.next(self.named(user))
-        assert play["slot"] == self.closed[user]
-        assert play["pending"] == (user in self.pending)
-        assert play["play"] == self.pending.setdefault(user, play["play"])
+    @rule(user=USERS, count=COUNTS)
+    def ask_next(self, user: str, count: int) -> None:
+        self.shown(user, count, self.service.next(self.named(user), count=count))
 
-    @rule(user=USERS, signal=SIGNALS, then=st.booleans())
-    def answer(self, user: str, signal: str, *, then: bool) -> None:
+    @rule(user=USERS, signal=SIGNALS, then=st.booleans(), count=COUNTS, data=st.data())
+    def answer(
+        self, user: str, signal: str, count: int, data: st.DataObject, *, then: bool
+    ) -> None:
         if user not in self.pending:
             return
-        play = self.pending.pop(user)
-        taken = self.service.answer(play, signal, next=then)
-        self.closed[user] += 1
+        play = data.draw(st.sampled_from(sorted(self.pending[user])))
+        taken = self.service.answer(play, signal, next=then, count=count)
+        item = self.pending[user].pop(play)
+        slot = self.taken.get(user, self.closed[user])
+        if item in self.passed.get(user, ()):
+            slot = self.closed[user]
+        self.taken.setdefault(user, slot)
+        if slot == self.closed[user]:
+            self.closed[user] += 1
+        if not self.pending[user]:
+            self.forget(user)
         self.answered[play] = signal
-        assert (taken["slot"], taken["repeated"]) == (self.closed[user], False)
+        assert (taken["slot"], taken["repeated"]) == (slot + 1, False)
         if then:
-            self.pending[user] = taken["next"]["play"]
+            self.shown(user, count, taken["next"])
+
+    def shown(self, user: str, count: int, play: dict[str, Any]) -> None:
+        """What waits is shown whatever is asked for; else as much as there is."""
+        plays = play.get("plays", [play])
+        items = {one["play"]: one["item"] for one in plays}
+        assert play["play"] == plays[0]["play"]
+        assert play["slot"] == self.taken.get(user, self.closed[user])
+        assert ("plays" in play) == (count > 1 or len(items) > 1)
+        if user in self.pending:
+            assert items == self.pending[user]
+        else:
+            assert 1 <= len(set(items.values())) == len(items) <= count
+        self.pending[user] = items
+
+    def forget(self, user: str) -> None:
+        for noted in (self.pending, self.taken, self.passed):
+            noted.pop(user, None)
 
     @rule(signal=SIGNALS, data=st.data())
     def answer_again(self, signal: str, data: st.DataObject) -> None:
@@ -80,6 +108,8 @@ class Listening(RuleBasedStateMachine):
         if answer.status_code == 201:
             self.closed[user] += 1
             assert answer.json()["slot"] == self.closed[user]
+            if user in self.taken:
+                self.passed.setdefault(user, set()).add(item)
 
     @rule(policy=POLICIES)
     def swap_policy(self, policy: str) -> None:
@@ -121,11 +151,11 @@ class Listening(RuleBasedStateMachine):
         known = self.closed[user] > 0 or user in self.pending
         assert answer.status_code == (204 if known else 404)
         self.closed[user] = 0
-        self.pending.pop(user, None)
+        self.forget(user)
         self.answered.clear()
 
     @invariant()
-    def slot_is_the_number_of_closed_plays(self) -> None:
+    def slot_is_the_number_of_slots_that_were_played(self) -> None:
         for user in self.closed:
             assert self.service.beliefs(self.named(user))["slot"] == self.closed[user]
 

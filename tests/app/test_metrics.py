@@ -41,7 +41,7 @@ def test_requests_decisions_answers_and_surprise_are_counted(
     for signal in ("like", "skip", "none"):
         example.answer(example.next("ann")["play"], signal)
     example.next("ann")
-    example.next("ben")
+    example.next("ben", count=3)
 
     after = scrape(example)
 
@@ -54,7 +54,7 @@ def test_requests_decisions_answers_and_surprise_are_counted(
         assert grown(before, after, "encore_feedback_total", **taken) == 1
     assert grown(before, after, "encore_surprise_nats_count", policy="myopic") == 2
     assert grown(before, after, "encore_surprise_nats_sum", policy="myopic") > 0
-    assert after["encore_pending_plays", frozenset()] == 2
+    assert after["encore_pending_plays", frozenset()] == 4
 
 
 def test_surprise_goes_to_the_policy_that_chose_the_play(example: Service) -> None:

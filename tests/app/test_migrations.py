@@ -7,7 +7,8 @@ from app.settings import Settings
 from app.storage import migrate
 from app.storage.tables import metadata
 from tests.app.service import Service
-from tests.catalogues import SERIES
+from tests.app.test_audits import audit
+from tests.catalogues import SERIES, load, paper_example
 from tests.filter import after_play, reward
 
 
@@ -50,6 +51,37 @@ def test_answers_that_an_earlier_release_cannot_read_go_with_their_models(
     assert play["signal"] == "none"
     unanswered = after_play(SERIES, SERIES["prior"], "none")
     assert held["belief"] == pytest.approx(unanswered, abs=1e-12)
+
+
+def test_plays_that_shared_a_slot_have_one_each_after_a_downgrade(
+    settings: Settings,
+) -> None:
+    service = Service.start(settings)
+    load(service.client, paper_example(2))
+    for user in ("ann", "bob"):
+        for play in service.next(user, count=3)["plays"]:
+            service.answer(play["play"], "like")
+        service.answer(service.next(user, count=3)["plays"][1]["play"], "skip")
+        service.client.post(
+            f"/v1/users/{user}/plays", json={"item": "item-1", "signal": "like"}
+        )
+    waiting = service.next("ann")["plays"]
+    service.answer(service.next("cat")["play"], "like")
+    service.stop()
+
+    migrate.downgrade(settings.database_url, "0001")
+    migrate.upgrade(settings.database_url)
+
+    service = Service.start(settings)
+    plays = service.client.get("/v1/users/ann/plays").json()["plays"]
+    assert [play["slot"] for play in plays] == [4, 3, 2, 1, 0]
+    assert [play["decided_slot"] for play in plays] == [4, 3, 0, 0, 0]
+    assert service.next("ann")["play"] == waiting[0]["play"]
+    assert service.answer(waiting[0]["play"], "like")["slot"] == 6
+    assert service.beliefs("cat")["slot"] == 1
+    assert [one.findings for one in audit(service)] == [[], [], []]
+    assert [one.stale for one in audit(service)] == [False, True, False]
+    service.stop()
 
 
 def test_every_table_of_a_user_is_keyed_by_the_user_first() -> None:

@@ -88,16 +88,16 @@ def test_history_tells_who_and_why_and_a_rollback_goes_back_step_by_step(
 
     assert (back["version"], back["name"], back["restores"]) == (4, "myopic", 2)
     assert (back["note"], back["by"]) == ("too greedy", key)
-    assert (further["name"], further["restores"]) == ("rollout", 1)
+    assert (further["name"], further["restores"]) == ("exact_rollout", 1)
     assert further["params"] == ROLLOUT
     assert beyond.status_code == 409
     assert beyond.json()["code"] == "no_earlier_policy"
     assert pages(service, limit=2) == [
-        (5, "rollout", key),
+        (5, "exact_rollout", key),
         (4, "myopic", key),
         (3, "best_fixed", key),
         (2, "myopic", key),
-        (1, "rollout", "encore"),
+        (1, "exact_rollout", "encore"),
     ]
     assert client.get("/v1/admin/policy").json() == further
 
@@ -144,6 +144,7 @@ def test_what_is_wrong_is_refused_by_field_and_changes_nothing(
         "params.policy.name": [
             epsilon(policy={}),
             epsilon(policy={"name": "epsilon"}),
+            epsilon(policy={"name": "thompson"}),
             epsilon(policy={"name": "\x00"}),
             epsilon(policy={"name": 1}),
         ],
@@ -216,7 +217,7 @@ def test_a_policy_that_another_follows_is_documented(service: Service) -> None:
     assert followed["default"] == {"name": "myopic", "params": {}}
     known = followed["discriminator"]["mapping"]
     assert set(known) < set(POLICIES)
-    assert "epsilon" not in known
+    assert not {"epsilon", "thompson"} & set(known)
     form = schemas[known["rollout"].rpartition("/")[2]]
     assert form["properties"]["params"]["default"] == ROLLOUT
     assert "note" not in form["properties"]

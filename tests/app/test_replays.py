@@ -25,6 +25,7 @@ POLICIES: list[tuple[str, dict[str, object]]] = [
     ("whittle_mc", {"trajectories": 20}),
     ("epsilon", {"epsilon": 0.5}),
     ("epsilon", {"policy": {"name": "random"}}),
+    ("thompson", {"policy": {"name": "myopic"}}),
     ("rollout", {"base": "random", "reward": "click", "common_random_numbers": False}),
 ]
 

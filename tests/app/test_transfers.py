@@ -113,9 +113,13 @@ def test_a_service_can_be_moved_with_all_its_beliefs(
             play = example.next(user)
             signal = ("like", "skip", "none")[turn % 3]
             example.answer(play["play"], signal)
+    slate = example.next("bob", count=3)["plays"]
+    example.answer(slate[1]["play"], "like")
     example.client.post(
         "/v1/users/bob/plays", json={"item": "item-2", "fraction": 0.93}
     )
+    for play in slate[::2]:
+        example.answer(play["play"], "skip")
     example.put_item("späť", "item-1", tags=["calm"], payload={"n": [1, {"x": "é"}]})
     example.next("ann")
     example.client.delete("/v1/items/item-3")
@@ -126,7 +130,8 @@ def test_a_service_can_be_moved_with_all_its_beliefs(
     history = exported(example, export_history)
     entered = history_in(elsewhere, "".join(history))
 
-    assert entered == HistoryImported(users=3, entered=22, known=0)
+    assert entered == HistoryImported(users=3, entered=25, known=0)
+    assert any(json.loads(line).get("together") for line in history)
     assert [exported(elsewhere, e) for e in (export_models, export_items)] == files
     assert exported(elsewhere, export_history) == history
     for user in ("ann", "bob", "日本"):
@@ -236,6 +241,31 @@ def test_a_history_waits_for_no_pending_play(example: Service) -> None:
         True,
     )
     assert example.answer(offered["play"], "like")["slot"] == 3
+
+
+def test_plays_of_one_line_after_another_can_share_a_slot(example: Service) -> None:
+    text = """user,item,signal,together
+ann,item-1,like,true
+ann,item-2,skip,true
+ann,item-2,none,true
+ann,item-3,like,false
+ann,item-4,like,
+ann,item-5,none,TRUE
+"""
+
+    first = history_in(example, text, Format.CSV)
+    again = history_in(example, text, Format.CSV)
+
+    assert (first.entered, again.entered) == (6, 0)
+    plays = example.client.get("/v1/users/ann/plays").json()["plays"]
+    assert [(play["slot"], play["place"], play["item"]) for play in plays[::-1]] == [
+        (0, 0, "item-1"),
+        (0, 1, "item-2"),
+        (1, 0, "item-2"),  # no item is played twice in a slot
+        (2, 0, "item-3"),
+        (3, 0, "item-4"),
+        (3, 1, "item-5"),
+    ]
 
 
 def test_no_play_is_entered_unless_all_lines_are_good(example: Service) -> None:

@@ -88,7 +88,9 @@ def test_a_playlist_changes_nothing_and_stays_the_same(example: Service) -> None
     before = example.beliefs("ann")
 
     playlists = [
-        example.client.get("/v1/users/ann/playlist", params={"length": 8}).json()
+        example.client.get(
+            "/v1/users/ann/playlist", params={"length": 8, "repeats": True}
+        ).json()
         for _ in range(2)
     ]
 
@@ -102,13 +104,34 @@ def test_a_playlist_is_what_myopic_plays_if_nothing_is_answered(
     example: Service,
 ) -> None:
     oracle = Filter(paper_example(2)["items"])
-    planned = example.client.get("/v1/users/ann/playlist", params={"length": 6}).json()
+    planned = example.client.get(
+        "/v1/users/ann/playlist", params={"length": 6, "repeats": True}
+    ).json()
 
     for play in planned["plays"]:
         best = max(oracle.items, key=oracle.like)
         assert play["item"] == best
         assert play["like"] == pytest.approx(oracle.like(best))
         oracle.take(best, "none")
+
+
+def test_a_playlist_plans_no_item_twice_and_ends_when_none_is_left(
+    example: Service,
+) -> None:
+    pending = example.next("ann", candidate=["item-2"])
+
+    planned = example.client.get(
+        "/v1/users/ann/playlist", params={"length": 9, "exclude": "item-4"}
+    ).json()["plays"]
+
+    assert planned[0]["item"] == pending["item"]
+    assert sorted(play["item"] for play in planned) == [
+        "item-1",
+        "item-2",
+        "item-3",
+        "item-5",
+    ]
+    assert [play["slot"] for play in planned] == [0, 1, 2, 3]
 
 
 def test_a_playlist_begins_with_what_is_pending(example: Service) -> None:

@@ -7,10 +7,11 @@ from concurrent.futures import ThreadPoolExecutor
 import httpx
 import pytest
 
+from tests.app.indexes import metric, until
 from tests.app.postgres import Server
 from tests.app.service import ADMIN, client_of
 from tests.app.workers import served
-from tests.catalogues import load, paper_example
+from tests.catalogues import SIMPLE, load, paper_example
 
 WORKERS = 4
 THREADS = 16
@@ -20,7 +21,9 @@ THREADS = 16
 def crowd(postgres: Server) -> Iterator[httpx.Client]:
     """Four workers with the paper's example 2."""
     postgres.execute("CREATE DATABASE crowd TEMPLATE template_encore")
-    with served(postgres.url("crowd"), workers=WORKERS) as client:
+    with served(
+        postgres.url("crowd"), workers=WORKERS, extra={"ENCORE_INDEX_TABLES": "auto"}
+    ) as client:
         load(client, paper_example(2))
         yield client
     postgres.execute("DROP DATABASE crowd WITH (FORCE)")
@@ -63,6 +66,21 @@ def test_one_of_many_answers_wins_across_workers(crowd: httpx.Client) -> None:
         found = Counter(answer.status_code for answer in answers)
         assert found == {200: THREADS // 2, 409: THREADS // 2}
         assert crowd.get(f"/v1/users/ann-{round_}/beliefs").json()["slot"] == 1
+
+
+def test_workers_share_the_tables_and_build_each_once(crowd: httpx.Client) -> None:
+    def put(number: int) -> None:
+        with client_of(str(crowd.base_url), ADMIN) as client:
+            model = client.put(f"/v1/models/even-{number}", json=SIMPLE)
+            model.raise_for_status()
+
+    with ThreadPoolExecutor(THREADS) as threads:
+        list(threads.map(put, range(8)))
+
+    models = [model["id"] for model in crowd.get("/v1/models").json()["models"]]
+    for model in models:
+        until(crowd, model, "ready")
+    assert metric(crowd, "encore_index_build_seconds_count") == len(models)
 
 
 def test_sqlite_is_served_by_one_worker(

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from typing import Any
 
 import httpx
 
@@ -23,6 +24,7 @@ def served(
         "ENCORE_DATABASE_URL": database_url,
         "ENCORE_BOOTSTRAP_KEY": ADMIN,
         "ENCORE_LOG_LEVEL": "error",
+        "ENCORE_INDEX_TABLES": "off",
         **(extra or {}),
     }
     command = [sys.executable, "-m", "app.cli", "serve"]
@@ -41,7 +43,7 @@ def served(
         process.wait(30)
 
 
-def wait_until_ready(client: httpx.Client, process: subprocess.Popen[bytes]) -> None:
+def wait_until_ready(client: httpx.Client, process: "subprocess.Popen[Any]") -> None:
     end = time.monotonic() + 120
     while time.monotonic() < end:
         if process.poll() is not None:

@@ -104,6 +104,19 @@ def random_models(seed: int, sizes: Sequence[int]) -> list[Model]:
     return [random_model(rng, size) for size in sizes]
 
 
+def uncertain(seed: int, samples: int, states: int = 3) -> Model:
+    """Return a model that may be any of some random ones."""
+    middle, *draws = random_models(seed, [states] * (samples + 1))
+    return Model(
+        middle.states,
+        middle.play,
+        middle.rest,
+        middle.like,
+        middle.prior,
+        samples=draws,
+    )
+
+
 @st.composite
 def instances(draw: DrawFn, most: int = 5) -> Instance:
     """Up to `most` groups of up to 3 items, of models of 2 to 4 states.

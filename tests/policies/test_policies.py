@@ -14,6 +14,7 @@ from policies import (
     POLICIES,
     Floats,
     Mixture,
+    Model,
     ModelSet,
     Policy,
     Situation,
@@ -32,7 +33,9 @@ from tests.policies.instances import (
 NAMES = st.sampled_from(sorted(POLICIES))
 SEEDS = st.integers(0, 2**63 - 1)
 FAST: Mapping[str, Mapping[str, object]] = {
-    "rollout": {"horizon": 3, "trajectories": 20}
+    "rollout": {"horizon": 3, "trajectories": 20},
+    "whittle_mc": {"horizon": 3, "trajectories": 20, "iterations": 10},
+    "thompson": {"policy": {"name": "exact_rollout", "params": {"horizon": 3}}},
 }
 
 
@@ -119,6 +122,27 @@ def test_padding_changes_no_score(name: str, seed: int, draw: int) -> None:
         scores,
         atol=1e-13,
     )
+
+
+def test_samples_that_agree_are_the_model(policy: type[Policy]) -> None:
+    made = policy()
+    if made.table_discount is not None:
+        return  # tables are of single samples: such a policy is followed by `thompson`
+    model = random_models(4, [3])[0]
+    parts = model.states, model.play, model.rest, model.like, model.prior
+    rng = np.random.default_rng(4)
+    belief, weight = rng.dirichlet(np.ones(3), 4), rng.dirichlet(np.ones(3), 4)
+    pairs = (weight[:, :, None] * belief[:, None]).reshape(4, 9)
+
+    scores = [
+        flat(ready(made, models)(situation(models, [0] * 4, rows, [1, 2, 1, 1]), 3))
+        for models, rows in (
+            (ModelSet.of([model]), belief),
+            (ModelSet.of([Model(*parts, samples=[model] * 3)]), pairs),
+        )
+    ]
+
+    assert_allclose(scores[1], scores[0], atol=1e-9)
 
 
 def test_one_group_is_enough(policy: type[Policy]) -> None:

@@ -69,6 +69,7 @@ def test_the_names_are_those_of_the_paper_and_baselines() -> None:
         "lagrangian",
         "whittle_mc",
         "epsilon",
+        "thompson",
     ]
 
 

@@ -22,7 +22,7 @@ from policies import (
     untouched,
     warm_up,
 )
-from tests.policies.instances import random_models, situation
+from tests.policies.instances import random_models, situation, uncertain
 
 
 def kernels() -> Iterator[tuple[str, int]]:
@@ -60,6 +60,11 @@ def test_after_warming_up_nothing_is_compiled() -> None:
             answered(
                 models, int(case.model[choice.group]), case.belief[choice.group], 0
             )
+
+    models = ModelSet.of([uncertain(1, 2)])
+    case = situation(models, [0], models.prior, [1])
+    for policy in (create("thompson", {}), create("myopic", {})):
+        choose(ready(policy, models)(case, 1), case.count, 1)
 
     assert dict(kernels()) == before
     assert sum(before.values()) > 0

@@ -47,13 +47,17 @@ class ModelLine(ModelForm):
 
 
 class PlayLine(Form):
-    """A play that a user made before, with its answer."""
+    """A play that a user made before, with its answer.
+
+    Together: in the slot of the user's play before it.
+    """
 
     user: Id
     item: Id
     signal: SignalName | None = None
     fraction: Annotated[Chance | None, Field(strict=True)] = None
     at: Moment | None = None
+    together: Annotated[bool, Field(strict=True)] = False
 
     @model_validator(mode="after")
     def _answered(self) -> Self:
@@ -84,7 +88,9 @@ def read_model(record: Record) -> NewModel:
 
 def read_play(record: Record) -> PastPlay:
     line = _form(PlayLine, record)
-    return PastPlay(line.user, line.item, line.signal, line.fraction, line.at)
+    return PastPlay(
+        line.user, line.item, line.signal, line.fraction, line.at, line.together
+    )
 
 
 def _form(kind: type[F], record: Record) -> F:
@@ -135,5 +141,12 @@ ITEMS = Layout(
 MODELS = Layout(read_model, {})
 HISTORY = Layout(
     read_play,
-    {"user": str, "item": str, "signal": str, "fraction": _number, "at": str},
+    {
+        "user": str,
+        "item": str,
+        "signal": str,
+        "fraction": _number,
+        "at": str,
+        "together": _truth,
+    },
 )

@@ -1,18 +1,21 @@
 """Forms of the loop that listeners live in."""
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Self
+from typing import Annotated, Self, TypeAlias
 from uuid import UUID
 
+from fastapi import Query
 from pydantic import ConfigDict, Field, JsonValue, model_validator
 
 from app.api.schemas.fields import Chance, Form, Id, Reward, SignalName
 from app.api.schemas.plays import ExplanationView
 from app.domain import Selection
 from app.services.listening import Feedback
-from app.services.standing import Offer
+from app.services.offers import Offer, Offered
 
+MOST = 50
 Ids = Annotated[list[Id], Field(max_length=10_000)]
+Count = Annotated[int, Query(ge=1, le=MOST, description="how many for one slot")]
 
 
 class SelectionForm(Form):
@@ -27,6 +30,9 @@ class SelectionForm(Form):
     exclude: Annotated[
         Ids, Field(default_factory=list, description="it is none of these")
     ]
+    count: Annotated[
+        int, Field(strict=True, ge=1, le=MOST, description="how many for this slot")
+    ] = 1
     explain: Annotated[
         bool, Field(strict=True, description="also tell why this item")
     ] = False
@@ -96,20 +102,74 @@ class NextPlay(Form):
 
     @classmethod
     def of(cls, offer: Offer) -> Self:
+        offered = offer.plays[0]
         return cls(
-            play=offer.play.id,
-            user=offer.play.user,
-            item=offer.shelf.id,
+            play=offered.play.id,
+            user=offered.play.user,
+            item=offered.shelf.id,
             slot=offer.slot,
-            title=offer.shelf.title,
-            tags=list(offer.shelf.tags),
-            payload=offer.shelf.payload,
-            like=offer.play.predicted,
-            signals=offer.signals,
-            propensity=offer.play.propensity or 0.0,
+            title=offered.shelf.title,
+            tags=list(offered.shelf.tags),
+            payload=offered.shelf.payload,
+            like=offered.play.predicted,
+            signals=offered.signals,
+            propensity=offered.play.propensity or 0.0,
             policy=PolicyName(version=offer.policy.version, name=offer.policy.name),
             pending=offer.repeated,
         )
+
+
+class SlatePlay(Form):
+    """One of the plays of a slot, to be answered by itself."""
+
+    play: UUID
+    place: Annotated[int, Field(description="in what order they were chosen, from 0")]
+    item: str
+    title: str
+    tags: list[str]
+    payload: Mapping[str, object]
+    like: Reward
+    signals: Annotated[
+        Sequence[str], Field(description="what it may be answered with, beside `none`")
+    ]
+    propensity: Annotated[
+        Chance,
+        Field(description="chance with which it was chosen, given those before it"),
+    ]
+    explanation: ExplanationView | None = None
+
+    @classmethod
+    def of(cls, offered: Offered) -> Self:
+        play, shelf = offered.play, offered.shelf
+        return cls(
+            play=play.id,
+            place=play.place,
+            item=shelf.id,
+            title=shelf.title,
+            tags=list(shelf.tags),
+            payload=shelf.payload,
+            like=play.predicted,
+            signals=offered.signals,
+            propensity=play.propensity or 0.0,
+        )
+
+
+class NextSlate(NextPlay):
+    """The plays to show now. What is said of one is said of the first of them."""
+
+    plays: list[SlatePlay]
+
+
+Upcoming: TypeAlias = NextPlay | NextSlate
+
+
+def upcoming(offer: Offer, count: int) -> Upcoming:
+    """One play, or several where several were asked for or wait."""
+    first = NextPlay.of(offer)
+    if count == 1 and len(offer.plays) == 1:
+        return first
+    plays = [SlatePlay.of(offered) for offered in offer.plays]
+    return NextSlate(**dict(first), plays=plays)
 
 
 class FeedbackTaken(Form):
@@ -117,16 +177,17 @@ class FeedbackTaken(Form):
 
     play: UUID
     signal: str
-    slot: Annotated[int, Field(description="the user's slot after the answer")]
+    slot: Annotated[int, Field(description="the one after that of the play")]
     repeated: Annotated[bool, Field(description="the same answer was given before")]
-    next: NextPlay | None = None
+    next: Upcoming | None = None
 
     @classmethod
-    def of(cls, feedback: Feedback) -> Self:
+    def of(cls, feedback: Feedback, count: int = 1) -> Self:
+        following = feedback.next
         return cls(
             play=feedback.play.id,
             signal=feedback.signal,
             slot=feedback.slot,
             repeated=feedback.repeated,
-            next=None if feedback.next is None else NextPlay.of(feedback.next.offer),
+            next=None if following is None else upcoming(following.offer, count),
         )

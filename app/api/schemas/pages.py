@@ -4,7 +4,7 @@ import base64
 import binascii
 import json
 from contextlib import suppress
-from typing import Annotated
+from typing import Annotated, TypeGuard
 
 from fastapi import Query
 from pydantic import Field
@@ -24,7 +24,7 @@ NextCursor = Annotated[
 ]
 
 
-def encode(place: str | int | None) -> str | None:
+def encode(place: str | int | tuple[int, int] | None) -> str | None:
     """The cursor of the page that follows this place, if one does."""
     if place is None:
         return None
@@ -48,9 +48,23 @@ def decode_number(cursor: str | None, first: int) -> int:
     if cursor is None:
         return first
     place = _read(cursor)
-    if type(place) is int and 0 <= place <= HIGHEST:
+    if _is_number(place):
         return place
     raise InvalidCursor(cursor)
+
+
+def decode_pair(cursor: str | None, first: tuple[int, int]) -> tuple[int, int]:
+    """The place, two numbers, that a cursor stands for."""
+    if cursor is None:
+        return first
+    match _read(cursor):
+        case [major, minor] if _is_number(major) and _is_number(minor):
+            return major, minor
+    raise InvalidCursor(cursor)
+
+
+def _is_number(place: object) -> TypeGuard[int]:
+    return type(place) is int and 0 <= place <= HIGHEST
 
 
 def _read(cursor: str) -> object:

@@ -24,6 +24,10 @@ class PlayView(Form):
         int | None, Field(description="the slot it took place in, null while pending")
     ]
     decided_slot: Annotated[int, Field(description="the slot it was chosen for")]
+    slate: Annotated[
+        UUID, Field(description="the first of the plays it was chosen with, or itself")
+    ]
+    place: Annotated[int, Field(description="its number among them, from 0")]
     source: Source
     signal: str | None
     fraction: Chance | None
@@ -48,6 +52,8 @@ class PlayView(Form):
             title=shelf.title,
             slot=play.closed,
             decided_slot=play.slot,
+            slate=play.slate,
+            place=play.place,
             source=play.source,
             signal=play.signal,
             fraction=play.fraction,

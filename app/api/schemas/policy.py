@@ -1,9 +1,9 @@
 """Forms of policies: one for each in the registry, derived from its declaration."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from operator import attrgetter
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Self, TypeVar
 
 from fastapi.openapi.models import Example
 from pydantic import (
@@ -25,6 +25,7 @@ from pydantic_core import (
 
 from app.api.schemas.fields import Form, Note
 from app.api.schemas.pages import NextCursor
+from app.services.policy import Present
 from app.services.policy_catalogue import Choice, Option, choices
 
 
@@ -67,6 +68,36 @@ class PolicyInForce(Form):
     restores: Annotated[
         int | None, Field(description="the version that a rollback went back to")
     ]
+
+
+class TablesView(Form):
+    """The index tables that the policy in force needs: one for each model."""
+
+    ready: Annotated[int, Field(description="as fine as they get")]
+    rough: Annotated[int, Field(description="in use until a full one is built")]
+    of: int
+
+
+class PresentPolicy(PolicyInForce):
+    """The policy in force, and whether it has all that it needs."""
+
+    tables: Annotated[
+        TablesView | None, Field(description="null: the policy needs no index tables")
+    ]
+    warnings: Annotated[
+        Sequence[str], Field(description="why it may not do what its name says")
+    ]
+
+    @classmethod
+    def of(cls, present: Present) -> Self:
+        version, tables = present.version, present.tables
+        return cls.model_validate(
+            {
+                **{name: getattr(version, name) for name in PolicyInForce.model_fields},
+                "tables": tables and TablesView.model_validate(tables),
+                "warnings": present.warnings,
+            }
+        )
 
 
 class PolicyPage(Form):

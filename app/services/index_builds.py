@@ -1,0 +1,156 @@
+"""Full index tables, built in the background: who builds which, and their publication.
+
+Several processes share the work by claims in the database, which lapse when the one
+that holds them has not renewed them for a while.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+
+from app.domain import ItemModel, Precision, Revision
+from app.errors import NotReady
+from app.services import index_coverage, index_tables
+from app.services.index_tables import Built
+from app.services.policy import table_discount_in_force
+from app.services.policy_catalogue import made
+from app.storage import index_builds, models, policies, revision
+from app.storage import index_tables as stored
+from app.storage.index_builds import Claim, Target
+from app.storage.index_tables import TableKey
+from app.storage.store import Store
+
+DISCOUNT = 0.95  # where the policy in force needs no tables: for the next one
+LEASE = timedelta(seconds=30)
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A table to build."""
+
+    target: Target
+    model: ItemModel
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What there is to do.
+
+    known:   when this was seen
+    waiting: tables that are not there yet
+    job:     one of them that nobody has claimed; claimed now
+    """
+
+    known: Revision
+    waiting: int
+    job: Job | None
+
+
+def discount_in_use(store: Store, known: Revision) -> float:
+    """The discount at which full tables are wanted."""
+    discount = table_discount_in_force(store, known)
+    return DISCOUNT if discount is None else discount
+
+
+def claim(
+    store: Store, worker: str, held: Collection[Target], but: Collection[Target]
+) -> Look:
+    """Claim a table that is wanted; `is_claimed` tells whether that succeeded.
+
+    held: tables that this worker has built and not yet published
+    but:  tables that it cannot build
+    """
+    renew(store, worker, dict.fromkeys(held, 1.0))
+    known = revision.current(store)
+    wanted = _wanted(store, known)
+    now = datetime.now(UTC)
+    claims = index_builds.standing(store, lapsed=now - LEASE)
+    taken = {*held, *but, *(claim.target for claim in claims)}
+    for job in wanted:
+        if job.target not in taken:
+            index_builds.claim(store, job.target, worker, now=now, lapsed=now - LEASE)
+            return Look(known, len(wanted), job)
+    return Look(known, len(wanted), None)
+
+
+def is_claimed(store: Store, worker: str, target: Target) -> bool:
+    """Whether a worker holds the claim of a table: of several, one gets it."""
+    claim = claim_of(store, target)
+    return claim is not None and claim.worker == worker
+
+
+def claim_of(store: Store, target: Target) -> Claim | None:
+    """The claim of a table that is being built, or was built and not yet stored."""
+    claims = index_builds.standing(store, lapsed=datetime.now(UTC) - LEASE)
+    return next((claim for claim in claims if claim.target == target), None)
+
+
+def renew(store: Store, worker: str, targets: Mapping[Target, float]) -> None:
+    """Keep a worker's claims, and tell how far each table is."""
+    now = datetime.now(UTC)
+    for target, progress in targets.items():
+        index_builds.renew(store, target, worker, now=now, progress=progress)
+
+
+def release(store: Store, worker: str) -> None:
+    """Leave what a worker has claimed to others."""
+    index_builds.release(store, worker)
+
+
+def publish(store: Store, built: Sequence[Built]) -> None:
+    """Store tables, to be used from the next catalogue on; end their claims."""
+    known = revision.current(store)
+    versions = models.at(store, known.catalogue)
+    present = {(model.id, model.version) for model in versions}
+    there = set(stored.keys(store))
+    new = [
+        table
+        for table in built
+        if (table.record.model, table.record.version) in present
+        and table.record.key not in there
+    ]
+    if new:
+        catalogue = revision.advance_catalogue(store, known, new_epoch=False)
+        index_tables.insert(store, new, catalogue)
+    for table in built:
+        index_builds.end(store, target_of(table))
+    index_builds.forget(store, lapsed=datetime.now(UTC) - LEASE)
+    _drop(store, (key for key in there if (key.model, key.version) not in present))
+
+
+def target_of(built: Built) -> Target:
+    record = built.record
+    return Target(record.model, record.version, record.discount)
+
+
+def _wanted(store: Store, known: Revision) -> Sequence[Job]:
+    discount = discount_in_use(store, known)
+    versions = models.at(store, known.catalogue)
+    found = index_coverage.finest(store, versions, discount)
+    ready = {
+        version
+        for version, record in found.items()
+        if record.precision is Precision.FULL
+    }
+    return [
+        Job(Target(model.id, model.version, discount), model)
+        for model in filter(index_coverage.is_small, versions)
+        if (model.id, model.version) not in ready
+    ]
+
+
+def _drop(store: Store, old: Iterable[TableKey]) -> None:
+    """Drop tables of earlier versions of models, where no decision can have used them.
+
+    Those at a discount of a policy that was ever in force are kept, for replays.
+    """
+    unused = list(old)
+    if not unused:
+        return
+    try:
+        used = {made(version).table_discount for version in policies.every(store)}
+    except NotReady:
+        return  # of a policy of another release, nobody knows the discount here
+    for key in unused:
+        if key.discount not in used:
+            stored.delete(store, key)
