@@ -62,14 +62,8 @@ FAST: Sequence[Named] = [
     ("best_fixed", "best_fixed", {}),
 ]
 SLOW: Sequence[Named] = [
-    ("lagrangian", "lagrangian", {}),
-    ("whittle_mc", "whittle_mc", {}),
-    ("rollout", "rollout", {}),
-    ("rollout, preset paper", "rollout", {"preset": "paper"}),
     rollout("myopic", base="myopic"),
     rollout("whittle", base="whittle"),
-    rollout("lagrangian", base="lagrangian"),
-    rollout("myopic and whittle", base=("myopic", "whittle")),
     rollout("whittle, H 4, leaf base", base="whittle", horizon=4, leaf="base"),
     rollout("whittle, H 4, leaf bound", base="whittle", horizon=4, leaf="lagrangian"),
     rollout(
@@ -79,9 +73,13 @@ SLOW: Sequence[Named] = [
         horizon=1,
         leaf="lagrangian",
     ),
+    rollout("myopic and whittle", base=("myopic", "whittle")),
+    rollout("lagrangian", base="lagrangian"),
+    ("lagrangian", "lagrangian", {}),
+    ("rollout", "rollout", {}),
+    ("rollout, preset paper", "rollout", {"preset": "paper"}),
+    ("whittle_mc", "whittle_mc", {}),
 ]
-
-
 PLAYERS: Sequence[Named] = [
     rollout("whittle", base="whittle"),
     ("whittle", "whittle", {}),

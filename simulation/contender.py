@@ -48,7 +48,7 @@ def contenders(
     Args:
         policies: with any parameters.
         models: M models.
-        tables: of them by discount, where they are known.
+        tables: of `models.separated()` by discount, where they are known.
         progress: told the share of the tables that is built, from 0 to 1.
     """
     wanted = dict.fromkeys(_discounts(policies))
@@ -56,7 +56,7 @@ def contenders(
     known = dict(tables)
     for done, discount in enumerate(missing):
         advance = partial(_advance, progress, done, len(missing))
-        known[discount] = build_all(models, discount, advance)
+        known[discount] = build_all(models.separated(), discount, advance)
     return [_contender(policy, models, known) for policy in policies]
 
 
