@@ -92,7 +92,7 @@ class WhittleMC:
             np.float64(self.discount) ** np.arange(self.horizon),
             self.trajectories,
             self.iterations,
-            self.tolerance,
+            float(self.tolerance),
             self.reward == "click",
         )
 

@@ -139,7 +139,9 @@ plays = sa.Table(
     sa.Column("answered_at", Instant, nullable=True),
     sa.Column("idempotency_key", sa.String(255), nullable=True),
     sa.Index(None, "id"),
-    sa.Index(None, "user_id", "closed", "place", unique=True),
+    sa.Index(
+        "uq_plays_user_id_closed_place", "user_id", "closed", "place", unique=True
+    ),
     sa.Index(
         "uq_plays_pending",
         "user_id",

@@ -22,7 +22,7 @@ def upgrade() -> None:
         plays.alter_column("slate", existing_type=sa.Uuid(), nullable=False)
         plays.alter_column("place", existing_type=sa.Integer(), nullable=False)
     op.create_index(
-        "ix_plays_user_id_closed_place",
+        "uq_plays_user_id_closed_place",
         "plays",
         ["user_id", "closed", "place"],
         unique=True,
@@ -40,7 +40,7 @@ def upgrade() -> None:
 def downgrade() -> None:
     """Give each play a slot of its own; of those that wait together, keep the first."""
     op.drop_index("uq_plays_pending", "plays")
-    op.drop_index("ix_plays_user_id_closed_place", "plays")
+    op.drop_index("uq_plays_user_id_closed_place", "plays")
     for statement in SEPARATE:
         op.execute(statement)
     with op.batch_alter_table("plays") as plays:

@@ -69,11 +69,11 @@ def test_a_slate_is_as_long_as_there_are_items(example: Service) -> None:
         "item-4",
         "item-5",
     }
-    listed = example.client.post("/v1/users/bob/next", json={"count": 2}).json()
+    listed = example.client.post("/v1/users/bob/next", json={"count": 2.0}).json()
     assert len(listed["plays"]) == 2
 
 
-@pytest.mark.parametrize("count", [0, 51, "two"])
+@pytest.mark.parametrize("count", [0, 51, 2.5, "two", True])
 def test_other_counts_are_refused(example: Service, count: object) -> None:
     asked = example.client.get("/v1/users/ann/next", params={"count": str(count)})
     sent = example.client.post("/v1/users/ann/next", json={"count": count})
@@ -235,6 +235,7 @@ def test_what_waits_is_not_forgotten_while_other_slots_pass(
         report(service, "ann", item, "like")
     for item in ("early", "late"):
         service.answer(slate[item], "like")
+        assert [one.findings for one in audit(service)] == [[]]
 
     slots = [shown(play) for play in history(service, "ann") if play["slot"] != 254]
     assert slots[-1] == (517, "late", "like")

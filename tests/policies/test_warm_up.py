@@ -63,7 +63,8 @@ def test_after_warming_up_nothing_is_compiled() -> None:
 
     models = ModelSet.of([uncertain(1, 2)])
     case = situation(models, [0], models.prior, [1])
-    for policy in (create("thompson", {}), create("myopic", {})):
+    whole = {"tolerance": 0, "discount": 0}
+    for policy in (create("thompson", {}), create("whittle_mc", whole)):
         choose(ready(policy, models)(case, 1), case.count, 1)
 
     assert dict(kernels()) == before

@@ -5,7 +5,7 @@ from typing import Annotated, Self, TypeAlias
 from uuid import UUID
 
 from fastapi import Query
-from pydantic import ConfigDict, Field, JsonValue, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, JsonValue, model_validator
 
 from app.api.schemas.fields import Chance, Form, Id, Reward, SignalName
 from app.api.schemas.plays import ExplanationView
@@ -16,6 +16,11 @@ from app.services.offers import Offer, Offered
 MOST = 50
 Ids = Annotated[list[Id], Field(max_length=10_000)]
 Count = Annotated[int, Query(ge=1, le=MOST, description="how many for one slot")]
+
+
+def _whole(sent: object) -> object:
+    """JSON tells no integers from other numbers: 3.0 is 3."""
+    return int(sent) if isinstance(sent, float) and sent.is_integer() else sent
 
 
 class SelectionForm(Form):
@@ -31,7 +36,9 @@ class SelectionForm(Form):
         Ids, Field(default_factory=list, description="it is none of these")
     ]
     count: Annotated[
-        int, Field(strict=True, ge=1, le=MOST, description="how many for this slot")
+        int,
+        Field(strict=True, ge=1, le=MOST, description="how many for one slot"),
+        BeforeValidator(_whole),
     ] = 1
     explain: Annotated[
         bool, Field(strict=True, description="also tell why this item")
