@@ -5,6 +5,7 @@ Knows policies and beliefs, and nothing of a service.
 
 from simulation.contender import Contender, contenders
 from simulation.course import Course, slots_of
+from simulation.effort import seconds
 from simulation.value import Value, remainder, standard_error, value
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "Value",
     "contenders",
     "remainder",
+    "seconds",
     "slots_of",
     "standard_error",
     "value",

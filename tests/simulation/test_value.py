@@ -12,6 +12,7 @@ from policies import (
     Model,
     ModelSet,
     Policy,
+    Signals,
     Situation,
     create,
 )
@@ -30,6 +31,18 @@ from simulation.playing import played
 from tests.policies.instances import paper_situation, situation, telling_model
 
 SIGMAS = 4.0
+STATES = ("low", "high")
+TIRING = Model(
+    STATES,
+    [[0.9, 0.1], [0.5, 0.5]],
+    [[0.4, 0.6], [0.1, 0.9]],
+    None,
+    [0.5, 0.5],
+    Signals(("skip", "part", "all"), [[0.6, 0.3, 0.1], [0.1, 0.2, 0.7]], [0, 0.4, 1]),
+)
+LASTING = Model(
+    STATES, [[0.7, 0.3], [0.2, 0.8]], [[0.7, 0.3], [0.2, 0.8]], [0.1, 0.9], [0.3, 0.7]
+)
 
 
 def simulated(
@@ -79,8 +92,7 @@ def test_the_optimum_of_example_2_is_earned_by_whom_the_theory_says(name: str) -
 
 def test_the_mean_is_that_over_all_signals() -> None:
     """Two items of one model, which are a group until one is played, and another."""
-    rng = np.random.default_rng(5)
-    models = [telling_model(rng, 3, 3), telling_model(rng, 2, 2)]
+    models = [TIRING, LASTING]
     start = situation(ModelSet.of(models), [0, 1], ModelSet.of(models).prior, [2, 1])
     course = Course(runs=40_000, slots=5, discount=0.8, seed=1)
 
@@ -89,7 +101,7 @@ def test_the_mean_is_that_over_all_signals() -> None:
     items = [(0, 0, models[0].prior), (0, 0, models[0].prior), (1, 1, models[1].prior)]
     worth, shares = enumerated(models, items, course.slots, course.discount)
     assert abs(found.mean - worth) < SIGMAS * found.error
-    assert 0.05 < shares[0] < 0.95 * course.slots
+    assert (shares > 1).all()
     assert np.abs(found.shares - shares / course.slots).max() < 0.01
     assert 0 < found.error < 0.01
 
