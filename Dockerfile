@@ -12,6 +12,7 @@ COPY pyproject.toml README.md LICENSE ./
 COPY app ./app
 COPY migrations ./migrations
 COPY policies ./policies
+COPY simulation ./simulation
 RUN /opt/encore/bin/pip install --no-deps --no-build-isolation .
 # Away from the sources: what is compiled belongs to the files that are installed.
 WORKDIR /

@@ -78,6 +78,11 @@ class UnusableModel(Invalid):
     title = "The matrices and chances make no model"
 
 
+class TooLargeToBound(Invalid):
+    code = "too_large_to_bound"
+    title = "A bound of this catalogue would take too long"
+
+
 class InvalidCursor(Invalid):
     code = "invalid_cursor"
     title = "The cursor is not one that a page gave"

@@ -13,6 +13,7 @@ from starlette.middleware import Middleware
 from app import __version__, logs
 from app.api import (
     admin,
+    bounds,
     document,
     health,
     imports,
@@ -43,6 +44,7 @@ ROUTERS = (
     items.router,
     models.router,
     admin.router,
+    bounds.router,
     key_routes.router,
     health.router,
     metrics.router,

@@ -15,7 +15,7 @@ from policies.belief import (
     rested,
     untouched,
 )
-from policies.bounds import Bound, bound
+from policies.bounds import Bound, Effort, bound, effort, worth_for_ever
 from policies.choice import Choice, Mixture, choose
 from policies.index_table import IndexTable, build
 from policies.model import NO_ANSWER, InvalidModel, Model, Signals
@@ -42,6 +42,7 @@ __all__ = [
     "Bound",
     "Bounds",
     "Choice",
+    "Effort",
     "Floats",
     "IndexTable",
     "Ints",
@@ -64,6 +65,7 @@ __all__ = [
     "build_all",
     "choose",
     "create",
+    "effort",
     "expected_like",
     "forecast",
     "parameters",
@@ -74,4 +76,5 @@ __all__ = [
     "rested",
     "untouched",
     "warm_up",
+    "worth_for_ever",
 ]

@@ -1,4 +1,4 @@
-"""How much any policy could earn: certified upper bounds.
+"""How much any policy could earn: certified bounds.
 
 The Lagrangian bound L(w) of `relaxation` holds at every price w, and so does T L: what
 the best play earns if L comes after it. T L <= L, since V is at least what a play and
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from policies import index, subsidy
+from policies import grid, index, subsidy
 from policies.arrays import Floats
 from policies.compiled import compiled
 from policies.groups import Groups, distinct, groups_of
@@ -36,6 +36,39 @@ class Bound(NamedTuple):
 
     value: float
     price: float
+
+
+def worth_for_ever(situation: Situation, discount: float) -> Floats:
+    """Return (G,): what playing an item of each group for ever earns.
+
+    The greatest is a lower bound of what the best policy earns.
+    """
+    worth = subsidy.worth(situation.models, discount)[situation.model]
+    earned: Floats = (worth * situation.belief).sum(axis=1)
+    return earned
+
+
+class Effort(NamedTuple):
+    """What a bound takes.
+
+    Attributes:
+        moves: between points of the grids, which each sweep of value iteration follows.
+        leaves: of the look-ahead, at each price.
+    """
+
+    moves: int
+    leaves: float
+
+
+def effort(situation: Situation, depth: int, most_points: int = MOST_POINTS) -> Effort:
+    """Return what `bound` takes with the same arguments, before it is begun."""
+    models, total = situation.models, 0
+    for m in np.unique(situation.model).tolist():
+        states, signals = int(models.states[m]), int(models.signals[m])
+        points = grid.size(states, _divisions(models, m, most_points))
+        total += points * states * (signals + 1)
+    told = int(models.signals[situation.model].max(initial=1))
+    return Effort(total, float(len(situation.model) * told) ** depth)
 
 
 def bound(

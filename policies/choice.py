@@ -68,7 +68,7 @@ def choose(scored: Floats | Mixture, count: Ints, seed: int, place: int = 0) -> 
         ValueError: there is no item, or a score is not finite.
     """
     weight, scores = scored if isinstance(scored, Mixture) else (ALONE, scored[None])
-    group, member, propensity, row = _choose(
+    group, member, propensity, row = pick(
         as_floats(weight), as_floats(scores), as_ints(count), seed, place
     )
     if group < 0:
@@ -82,7 +82,7 @@ ALONE = np.ones(1)
 
 
 @compiled
-def _choose(
+def pick(
     weight: Floats, scores: Floats, count: Ints, seed: int, place: int
 ) -> tuple[int, int, float, int]:
     """Return group, member, propensity and row.

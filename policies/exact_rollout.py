@@ -19,6 +19,7 @@ from policies.arrays import Floats
 from policies.base import LOOKED_UP, Base, Bases, Imagined
 from policies.compiled import compiled
 from policies.groups import Groups, distinct, groups_of
+from policies.index_table import MOST_DISCOUNT
 from policies.lookahead import Ceiling, first_plays
 from policies.model_set import ModelSet
 from policies.moves import Moves, moves
@@ -100,7 +101,7 @@ class ExactRollout:
     ] = "none"
     discount: Annotated[
         float,
-        Bounds(0, 1, below=True),
+        Bounds(0, MOST_DISCOUNT),
         "worth of a like in the next slot against one now",
     ] = 0.95
 

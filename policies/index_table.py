@@ -20,6 +20,7 @@ from policies.compiled import compiled
 from policies.ladder import sign_changes
 from policies.model_set import ModelSet
 
+MOST_DISCOUNT = 0.999  # of tables that can be built; at more, values never settle
 MOST_POINTS = 12_500
 MOST_DIVISIONS = 2048
 RUNGS = 201  # subsidies of the ladder for the index

@@ -1,6 +1,6 @@
 """The index tables of all models, stacked for compiled code."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -56,10 +56,19 @@ NO_TABLES = Tables.of(())
 
 
 def build_all(
-    models: ModelSet, discount: float | None, most_points: int = MOST_POINTS
+    models: ModelSet,
+    discount: float | None,
+    most_points: int = MOST_POINTS,
+    progress: Callable[[float], object] = lambda _share: None,
 ) -> Tables:
-    """Build the tables of all models at a discount; none if that is None."""
+    """Build the tables of all models at a discount; none if that is None.
+
+    `progress` is told the share of the models that is done, from 0 to 1.
+    """
     if discount is None:
         return NO_TABLES
-    rows = range(len(models.states))
-    return Tables.of([build(models, m, discount, most_points) for m in rows], discount)
+    total, built = len(models.states), []
+    for m in range(total):
+        built.append(build(models, m, discount, most_points))
+        progress((m + 1) / total)
+    return Tables.of(built, discount)

@@ -12,6 +12,7 @@ from typing import Annotated, ClassVar
 from policies import index
 from policies.advantage import by_advantage
 from policies.arrays import Floats
+from policies.index_table import MOST_DISCOUNT
 from policies.model_set import ModelSet
 from policies.parameters import Bounds, check
 from policies.policy import Scorer
@@ -36,7 +37,7 @@ class Whittle:
 
     discount: Annotated[
         float,
-        Bounds(0, 1, below=True),
+        Bounds(0, MOST_DISCOUNT),
         "worth of a like in the next slot against one now",
     ] = 0.95
 

@@ -9,7 +9,8 @@ import os
 import tempfile
 from pathlib import Path
 
-SOURCES = sorted((Path(__file__).parent.parent / "policies").glob("*.py"))
+ROOT = Path(__file__).parent.parent
+SOURCES = sorted((*ROOT.glob("policies/*.py"), *ROOT.glob("simulation/*.py")))
 DIGEST = hashlib.sha256(b"".join(source.read_bytes() for source in SOURCES))
 CACHE = Path(tempfile.gettempdir()) / f"encore-numba-{os.getuid()}-{DIGEST.hexdigest()}"
 

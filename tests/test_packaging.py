@@ -80,7 +80,7 @@ def test_a_wheel_holds_all_that_a_service_needs(tmp_path: Path) -> None:
     assert wheel.name.startswith(f"encore-{__version__}-")
     kept = [
         path.relative_to(ROOT).as_posix()
-        for package in ("app", "migrations", "policies")
+        for package in ("app", "migrations", "policies", "simulation")
         for path in (ROOT / package).rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     ]

@@ -18,12 +18,13 @@ async def import_models(
     database: Database, file: LineFile[NewModel], *, by: str, dry_run: bool = False
 ) -> Imported:
     """Create and replace the models of a file."""
-    new = await asyncio.to_thread(_read, file)
+    new = await asyncio.to_thread(read, file)
     land = partial(_land, new=new, by=by, dry_run=dry_run)
     return await database.run_in_turn(land)
 
 
-def _read(file: LineFile[NewModel]) -> Sequence[NewModel]:
+def read(file: LineFile[NewModel]) -> Sequence[NewModel]:
+    """The models of a file, each of which is one."""
     faults = file.faults()
     new: dict[str, NewModel] = {}
     for line, model in file.entries(faults):

@@ -32,7 +32,7 @@ class Service:
             app, host="127.0.0.1", port=settings.port, log_config=None, access_log=False
         )
         server = uvicorn.Server(config)
-        thread = threading.Thread(target=server.run)
+        thread = threading.Thread(target=server.run, daemon=True)
         thread.start()
         while not server.started:
             if not thread.is_alive():

@@ -69,7 +69,7 @@ def test_plays_that_shared_a_slot_have_one_each_after_a_downgrade(
     service.answer(service.next("cat")["play"], "like")
     service.stop()
 
-    migrate.downgrade(settings.database_url, "0001")
+    migrate.downgrade(settings.database_url, "0002")
     migrate.upgrade(settings.database_url)
 
     service = Service.start(settings)

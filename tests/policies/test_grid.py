@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn
 from numpy.testing import assert_allclose
 
-from policies import Floats, Ints, grid
+from policies import Floats, Ints, as_floats, grid
 
 
 @st.composite
@@ -17,10 +17,10 @@ def beliefs(draw: DrawFn, states: int) -> Floats:
     if draw(st.booleans()):
         rng = np.random.default_rng(draw(st.integers(0, 2**32)))
         belief = rng.dirichlet(np.full(states, draw(st.sampled_from([0.05, 1.0]))))
-        return belief / belief.sum()
+        return as_floats(belief / belief.sum())
     parts = st.lists(st.integers(0, 4), min_size=states, max_size=states)
     weights = np.array(draw(parts.filter(any)), dtype=np.float64)
-    return weights / weights.sum()
+    return as_floats(weights / weights.sum())
 
 
 @st.composite
@@ -126,7 +126,7 @@ def test_a_convex_function_is_never_exceeded_and_more_closely_on_a_finer_grid(
     planes = np.random.default_rng(seed).normal(size=(5, states))
 
     def convex(points: Floats) -> Floats:
-        return (points @ planes.T).max(axis=-1)
+        return as_floats((points @ planes.T).max(axis=-1))
 
     coarse, fine = (
         interpolated(states, m, belief, convex(grid.beliefs(states, m)))

@@ -46,6 +46,11 @@ def storable(text: str) -> str:
     return text
 
 
+def whole(sent: object) -> object:
+    """JSON tells no integers from other numbers: 3.0 is 3."""
+    return int(sent) if isinstance(sent, float) and sent.is_integer() else sent
+
+
 def _visible(text: str) -> str:
     if text in {".", ".."}:
         raise ValueError("must not be a relative path")

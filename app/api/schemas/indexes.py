@@ -14,7 +14,7 @@ Discount = Annotated[
     float | None,
     Query(
         ge=0,
-        lt=1,
+        le=0.999,
         allow_inf_nan=False,
         description="left out: that of the policy in force, else 0.95",
     ),

@@ -7,7 +7,7 @@ from uuid import UUID
 from fastapi import Query
 from pydantic import BeforeValidator, ConfigDict, Field, JsonValue, model_validator
 
-from app.api.schemas.fields import Chance, Form, Id, Reward, SignalName
+from app.api.schemas.fields import Chance, Form, Id, Reward, SignalName, whole
 from app.api.schemas.plays import ExplanationView
 from app.domain import Selection
 from app.services.listening import Feedback
@@ -16,11 +16,6 @@ from app.services.offers import Offer, Offered
 MOST = 50
 Ids = Annotated[list[Id], Field(max_length=10_000)]
 Count = Annotated[int, Query(ge=1, le=MOST, description="how many for one slot")]
-
-
-def _whole(sent: object) -> object:
-    """JSON tells no integers from other numbers: 3.0 is 3."""
-    return int(sent) if isinstance(sent, float) and sent.is_integer() else sent
 
 
 class SelectionForm(Form):
@@ -38,7 +33,7 @@ class SelectionForm(Form):
     count: Annotated[
         int,
         Field(strict=True, ge=1, le=MOST, description="how many for one slot"),
-        BeforeValidator(_whole),
+        BeforeValidator(whole),
     ] = 1
     explain: Annotated[
         bool, Field(strict=True, description="also tell why this item")

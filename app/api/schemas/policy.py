@@ -8,6 +8,7 @@ from typing import Annotated, Any, Self, TypeVar
 from fastapi.openapi.models import Example
 from pydantic import (
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     GetCoreSchemaHandler,
@@ -23,7 +24,7 @@ from pydantic_core import (
     core_schema,
 )
 
-from app.api.schemas.fields import Form, Note
+from app.api.schemas.fields import Form, Note, whole
 from app.api.schemas.pages import NextCursor
 from app.services.policy import Present
 from app.services.policy_catalogue import Choice, Option, choices
@@ -211,6 +212,8 @@ def _field(option: Option, followed: Mapping[str, type[FollowedForm]]) -> object
         le=None if bounds is None or bounds.below else bounds.high,
         lt=bounds.high if bounds is not None and bounds.below else None,
     )
+    if parameter.kind is int:
+        return Annotated[int, BeforeValidator(whole)], field
     return parameter.kind, field
 
 

@@ -1,0 +1,94 @@
+"""How much any policy can earn from a new user at most, and one item alone."""
+
+from dataclasses import dataclass
+
+from app.errors import Fault, TooLargeToBound
+from app.services import openings
+from app.services.index_builds import discount_in_use
+from app.services.live import Live
+from app.services.openings import Opening
+from app.storage import revision
+from app.storage.store import Store
+from policies import Bound, bound, effort, worth_for_ever
+
+FINEST, COARSEST = 12_500, 100  # points of a grid
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """How much a bound may take.
+
+    moves:  of all grids, times the slots that count at the discount
+    leaves: of the look-ahead, at each price
+    """
+
+    moves: float
+    leaves: float
+
+
+OF_A_REQUEST = Limits(moves=1e8, leaves=3e5)  # seconds
+OF_A_COMMAND = Limits(moves=3e9, leaves=3e7)  # minutes
+
+
+@dataclass(frozen=True, slots=True)
+class Fixed:
+    """What playing an item of one model for ever earns: the most of all models."""
+
+    model: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Outlook:
+    """Between what one item earns and what no policy exceeds.
+
+    bound: certified; found at a price of rest
+    """
+
+    opening: Opening
+    discount: float
+    depth: int
+    bound: Bound
+    best_fixed: Fixed
+
+
+def outlook(store: Store, live: Live, discount: float | None, depth: int) -> Outlook:
+    """That of the present catalogue, at the discount in use if none is given."""
+    known = revision.current(store)
+    catalogue = live.catalogue(store, known)
+    worth = discount_in_use(store, known) if discount is None else discount
+
+    def look() -> Outlook:
+        opening = openings.of_catalogue(catalogue)
+        return Outlook(
+            opening,
+            worth,
+            depth,
+            certified(opening, worth, depth, OF_A_REQUEST),
+            best_fixed(opening, worth),
+        )
+
+    return store.aside(look)
+
+
+def certified(opening: Opening, discount: float, depth: int, limits: Limits) -> Bound:
+    """The bound on the finest grids that keep within the limits."""
+    points, moves = FINEST, limits.moves * (1 - discount)
+    needed = effort(opening.situation, depth, points)
+    if needed.leaves > limits.leaves:
+        fault = Fault("depth", f"too deep for {len(opening.models)} models", depth)
+        raise TooLargeToBound("The look-ahead has too many branches.", fault)
+    while needed.moves > moves and points > COARSEST:
+        points = max(points // 2, COARSEST)
+        needed = effort(opening.situation, depth, points)
+    if needed.moves > moves:
+        fault = Fault("discount", f"too long a view for {len(opening.models)} models")
+        raise TooLargeToBound("The models have too many states in all.", fault)
+    return bound(opening.situation, discount, depth, points)
+
+
+def best_fixed(opening: Opening, discount: float) -> Fixed:
+    """The best item to play for ever, by its closed form."""
+    worth = worth_for_ever(opening.situation, discount)
+    best = int(worth.argmax())
+    return Fixed(opening.models[best], float(worth[best]))

@@ -1,0 +1,253 @@
+"""What policies earn, and how much any policy could: the paper's examples, and others.
+
+Run as `python -m benchmarks.reward`, for hours; `--examples` and `--instances` choose
+parts of it. Every policy of an example meets the same random numbers. Values are
+discounted rewards from a start where hidden states follow the beliefs, each play scored
+by its expected reward; what comes after the last slot is left out.
+"""
+
+import argparse
+import json
+import statistics
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from math import hypot
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.machine import describe
+from policies import (
+    NEVER,
+    Floats,
+    Model,
+    ModelSet,
+    Situation,
+    bound,
+    create,
+    untouched,
+)
+from simulation import (
+    Contender,
+    Course,
+    contenders,
+    remainder,
+    slots_of,
+    standard_error,
+    value,
+)
+
+DATA = Path(__file__).parent.parent / "tests" / "policies" / "data"
+DISCOUNT, SEED = 0.95, 1
+DEPTHS = {1: 6, 2: 2, 3: 2}  # of the bound
+MANY = 10  # times as many runs where scoring is fast
+STATES, ITEMS, SLOTS = ("low", "medium", "high", "very high"), 15, 100
+NOTABLE = 2.0  # standard errors
+ROUNDS = 5  # of more runs, which double
+
+Named = tuple[str, str, Mapping[str, object]]
+
+
+def rollout(label: str, **params: object) -> Named:
+    return f"exact_rollout, {label}", "exact_rollout", params
+
+
+FAST: Sequence[Named] = [
+    ("myopic", "myopic", {}),
+    ("whittle", "whittle", {}),
+    ("random", "random", {}),
+    ("round_robin", "round_robin", {}),
+    ("best_fixed", "best_fixed", {}),
+]
+SLOW: Sequence[Named] = [
+    rollout("myopic", base="myopic"),
+    rollout("whittle", base="whittle"),
+    rollout("whittle, H 4, leaf base", base="whittle", horizon=4, leaf="base"),
+    rollout("whittle, H 4, leaf bound", base="whittle", horizon=4, leaf="lagrangian"),
+    rollout(
+        "whittle, depth 2, H 1, leaf bound",
+        base="whittle",
+        depth=2,
+        horizon=1,
+        leaf="lagrangian",
+    ),
+    rollout("myopic and whittle", base=("myopic", "whittle")),
+    rollout("lagrangian", base="lagrangian"),
+    ("lagrangian", "lagrangian", {}),
+    ("rollout", "rollout", {}),
+    ("rollout, preset paper", "rollout", {"preset": "paper"}),
+    ("whittle_mc", "whittle_mc", {}),
+]
+PLAYERS: Sequence[Named] = [
+    rollout("whittle", base="whittle"),
+    ("whittle", "whittle", {}),
+    ("myopic", "myopic", {}),
+]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    mean: float
+    error: float
+
+    @property
+    def sigmas(self) -> float:
+        """The mean in standard errors; equal rewards in all runs are none."""
+        return self.mean / self.error if self.error > 0 else 0.0
+
+    @classmethod
+    def of(cls, rewards: Floats) -> "Estimate":
+        return cls(float(rewards.mean()), standard_error(rewards))
+
+    def __str__(self) -> str:
+        return f"{self.mean:.4f} ± {1.96 * self.error:.4f}"
+
+
+def paper(example: int) -> list[Model]:
+    text = json.loads((DATA / f"example{example}.json").read_text())
+    return [
+        Model(
+            text["states"],
+            item["play"],
+            item["rest"],
+            item["like"],
+            item["initial_belief"],
+        )
+        for item in text["items"]
+    ]
+
+
+def drawn(seed: int) -> list[Model]:
+    """Draw models whose rows are uniform over all distributions."""
+    rng = np.random.default_rng(seed)
+    rows = np.ones(len(STATES))
+    return [
+        Model(
+            STATES,
+            rng.dirichlet(rows, len(STATES)),
+            rng.dirichlet(rows, len(STATES)),
+            np.sort(rng.random(len(STATES))),
+            rng.dirichlet(rows),
+        )
+        for _ in range(ITEMS)
+    ]
+
+
+def start_of(models: Sequence[Model]) -> Situation:
+    """One item of each model, none of which was ever played."""
+    stacked, items = ModelSet.of(models), len(models)
+    return Situation(
+        stacked,
+        np.arange(items),
+        untouched(stacked, 0),
+        np.ones(items, dtype=np.int64),
+        np.full(items, NEVER),
+    )
+
+
+def ready(named: Sequence[Named], start: Situation) -> Sequence[Contender]:
+    policies = [create(name, params) for _, name, params in named]
+    return contenders(policies, start.models)
+
+
+def show_example(example: int, runs: int) -> None:
+    start, slots = start_of(paper(example)), slots_of(DISCOUNT)
+    certified = bound(start, DISCOUNT, DEPTHS[example]).value
+    left = remainder(start, Course(runs, slots, DISCOUNT, SEED))
+    print(f"\nexample {example}: no policy earns more than {certified:.6f}")
+    print(f"{runs} runs, {MANY * runs} of the first five; {slots} slots, after which")
+    print(f"at most {left:.4f} is earned; seed {SEED}\n")
+    print("| policy | reward | more than `myopic` | below the bound | a decision |")
+    print("| --- | --- | --- | --- | --- |")
+    named = [*FAST, *SLOW]
+    players = ready(named, start)
+    courses = [Course(length, slots, DISCOUNT, SEED) for length in (MANY * runs, runs)]
+    fast = value(players[: len(FAST)], start, courses[0])
+    labels = [label for label, *_ in named]
+    myopic, whittle = (each.rewards for each in fast[:2])
+    slow = (value([player], start, courses[1])[0] for player in players[len(FAST) :])
+    for label, found in zip(labels, chain(fast, slow), strict=True):
+        own = lifted(found.rewards, whittle)
+        more = Estimate.of(found.rewards - myopic[: len(found.rewards)])
+        gap = 100 * (1 - own.mean / certified)
+        print(f"| {label} | {own} | {more} ", end="")
+        print(f"| {gap:.2f} % | {found.decision_us:.0f} µs |", flush=True)
+
+
+def lifted(rewards: Floats, reference: Floats) -> Estimate:
+    """Estimate a mean by that of a reference over more runs, and the difference."""
+    if len(rewards) == len(reference):
+        return Estimate.of(rewards)
+    many = Estimate.of(reference)
+    difference = Estimate.of(rewards - reference[: len(rewards)])
+    return Estimate(many.mean + difference.mean, hypot(many.error, difference.error))
+
+
+def show_instances(instances: int, runs: int) -> None:
+    """Compare `exact_rollout` on `whittle` with both index policies."""
+    print(f"\n{instances} random instances of {ITEMS} items; {runs} runs, up to")
+    print(f"{runs * 2 ** (ROUNDS - 1)} while it is more than {NOTABLE} standard errors")
+    print(f"below another; {SLOTS} slots; seeds from 0\n")
+    print("| exact_rollout on whittle | least | median | greatest | worst instance |")
+    print("| --- | --- | --- | --- | --- |", flush=True)
+    found = [compared(number, runs) for number in range(instances)]
+    for place, other in enumerate(("whittle", "myopic")):
+        above = [each.above[place] for each in found]
+        worst = min(above, key=lambda estimate: estimate.sigmas)
+        means = spread([estimate.mean for estimate in above], ".4f")
+        print(f"| more than `{other}` | {means} | {worst}, {worst.sigmas:.1f} SE |")
+    print(f"| below the bound, % | {spread([each.gap for each in found], '.2f')} | |")
+    longer = [number for number, each in enumerate(found) if each.runs > runs]
+    print(f"\nwith more runs: {longer or 'none'}", flush=True)
+
+
+def spread(values: Sequence[float], form: str) -> str:
+    shown = (min(values), statistics.median(values), max(values))
+    return " | ".join(format(number, form) for number in shown)
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One instance: paired differences to `whittle` and `myopic`; gap in percent."""
+
+    above: Sequence[Estimate]
+    gap: float
+    runs: int
+
+
+def compared(number: int, runs: int) -> Compared:
+    start = start_of(drawn(number))
+    players, rewards = ready(PLAYERS, start), np.empty((len(PLAYERS), 0))
+    above: list[Estimate] = []
+    for turn in range(ROUNDS):
+        if all(estimate.sigmas >= -NOTABLE for estimate in above) and above:
+            break
+        course = Course(max(rewards.shape[1], runs), SLOTS, DISCOUNT, SEED + turn)
+        found = value(players, start, course)
+        rewards = np.append(rewards, [each.rewards for each in found], axis=1)
+        above = [Estimate.of(rewards[0] - other) for other in rewards[1:]]
+    certified = bound(start, DISCOUNT, depth=1).value
+    gap = 100 * (1 - float(rewards[0].mean()) / certified)
+    note = ", ".join(f"{estimate} ({estimate.sigmas:+.1f} SE)" for estimate in above)
+    print(f"instance {number}: {note}, gap {gap:.2f} %", file=sys.stderr, flush=True)
+    return Compared(above, gap, rewards.shape[1])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--examples", type=int, nargs="*", default=[1, 2, 3])
+    parser.add_argument("--runs", type=int, default=20_000)
+    parser.add_argument("--instances", type=int, default=100)
+    parser.add_argument("--instance-runs", type=int, default=1_000)
+    options = parser.parse_args()
+    print(describe())
+    for example in options.examples:
+        show_example(example, options.runs)
+    if options.instances:
+        show_instances(options.instances, options.instance_runs)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,80 @@
+"""Policies that are ready to be tried against each other."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
+
+from policies import (
+    NO_TABLES,
+    POLICIES,
+    ModelSet,
+    Policy,
+    Scorer,
+    Tables,
+    build_all,
+)
+
+Progress = Callable[[float], object]
+NOTHING: Mapping[float, Tables] = MappingProxyType({})
+AT_ONCE = tuple(
+    POLICIES[name]
+    for name in ("random", "round_robin", "myopic", "best_fixed", "whittle")
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contender:
+    """A policy that is ready for its models.
+
+    Attributes:
+        scorer: of the policy.
+        at_once: whether no score depends on another group, or on the seed: then the
+            groups of many runs can be scored in one call.
+    """
+
+    scorer: Scorer
+    at_once: bool
+
+
+def contenders(
+    policies: Sequence[Policy],
+    models: ModelSet,
+    tables: Mapping[float, Tables] = NOTHING,
+    progress: Progress = lambda _share: None,
+) -> Sequence[Contender]:
+    """Make policies ready; index tables are built once for all that share a discount.
+
+    Args:
+        policies: with any parameters.
+        models: M models.
+        tables: of `models.separated()` by discount, where they are known.
+        progress: told the share of the tables that is built, from 0 to 1.
+    """
+    wanted = dict.fromkeys(_discounts(policies))
+    missing = [discount for discount in wanted if discount not in tables]
+    known = dict(tables)
+    for done, discount in enumerate(missing):
+        advance = partial(_advance, progress, done, len(missing))
+        known[discount] = build_all(models.separated(), discount, progress=advance)
+    return [_contender(policy, models, known) for policy in policies]
+
+
+def _advance(progress: Progress, done: int, total: int, share: float) -> None:
+    progress((done + share) / total)
+
+
+def _discounts(policies: Sequence[Policy]) -> Iterator[float]:
+    for policy in policies:
+        if policy.table_discount is not None:
+            yield policy.table_discount
+
+
+def _contender(
+    policy: Policy, models: ModelSet, tables: Mapping[float, Tables]
+) -> Contender:
+    discount = policy.table_discount
+    own = NO_TABLES if discount is None else tables[discount]
+    # Without an index of each item for itself, Whittle's falls back on a common price.
+    at_once = isinstance(policy, AT_ONCE) and own.indexable
+    return Contender(policy.prepare(models, own), at_once)

@@ -1,0 +1,75 @@
+"""Playing runs by a policy, slot by slot."""
+
+import statistics
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from policies import Floats, Mixture, Situation, as_floats, choose
+from simulation.contender import Contender
+from simulation.course import Course
+from simulation.runs import (
+    Earned,
+    Runs,
+    begin,
+    decision_seed,
+    play_slot,
+    situation_of,
+)
+
+CERTAIN = np.ones(1)
+
+
+def played(
+    contender: Contender, start: Situation, course: Course, first: int, size: int
+) -> Earned:
+    """Play runs from number `first` on, in step; one alone unless `at_once`."""
+    runs = begin(start, first, size, course.slots)
+    earned = Earned(np.zeros(size), np.zeros(len(start.model), dtype=np.int64))
+    for slot in range(course.slots):
+        seed = decision_seed(course.seed, first, slot)
+        scored = contender.scorer(situation_of(start.models, runs), seed)
+        _pass(start, runs, scored, course, slot, earned)
+    return earned
+
+
+def decision_time(contender: Contender, start: Situation, course: Course) -> float:
+    """Return the median microseconds of the decisions of one run, each for itself."""
+    took = list(_times(contender, start, course))
+    return statistics.median(took) * 1e6
+
+
+def _times(contender: Contender, start: Situation, course: Course) -> Iterator[float]:
+    runs = begin(start, 0, 1, course.slots)
+    earned = Earned(np.zeros(1), np.zeros(len(start.model), dtype=np.int64))
+    for slot in range(course.slots):
+        seed = decision_seed(course.seed, 0, slot)
+        began = time.perf_counter()
+        situation = situation_of(start.models, runs)
+        scored = contender.scorer(situation, seed)
+        choose(scored, situation.count, seed)
+        yield time.perf_counter() - began
+        _pass(start, runs, scored, course, slot, earned)
+
+
+def _pass(
+    start: Situation,
+    runs: Runs,
+    scored: Floats | Mixture,
+    course: Course,
+    slot: int,
+    earned: Earned,
+) -> None:
+    weight, scores = scored if isinstance(scored, Mixture) else (CERTAIN, scored[None])
+    worth = course.discount**slot
+    play_slot(
+        start.models,
+        runs,
+        as_floats(weight),
+        as_floats(scores),
+        course.seed,
+        slot,
+        worth,
+        earned,
+    )

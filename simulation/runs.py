@@ -1,0 +1,195 @@
+"""Runs that go on in step: what is believed in each, and how a slot moves it on.
+
+A run follows one listener from the start. The items of a group are one row, until one
+of them is played: it leaves for a row of its own.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from policies import NEVER, Floats, Ints, ModelSet, Situation
+from policies.bayes import learn, like_chance, move
+from policies.choice import pick
+from policies.compiled import compiled, inner
+from policies.randomness import uniform
+
+SIGNALS = 0
+DECISIONS = 1
+
+
+class Runs(NamedTuple):
+    """R runs of up to W rows; row w of run r is at w R + r.
+
+    So the rows that are in use lie side by side.
+
+    Attributes:
+        first: number of the first run.
+        model: (W R,) row of the model in the model set.
+        belief: (W R, S).
+        items: (W R,) of the row; 0 where it is not in use yet.
+        rested: (W R,) slots since the last play, NEVER if never played.
+        origin: (W R,) group of the start.
+        used: (R,) rows in use.
+    """
+
+    first: int
+    model: Ints
+    belief: Floats
+    items: Ints
+    rested: Ints
+    origin: Ints
+    used: Ints
+
+
+class Earned(NamedTuple):
+    """What R runs have earned.
+
+    Attributes:
+        reward: (R,) discounted, expected at each play from what was believed.
+        plays: (G,) of each group of the start.
+    """
+
+    reward: Floats
+    plays: Ints
+
+
+def rows_of(start: Situation, slots: int) -> int:
+    """Return W, how many rows a run may need."""
+    leaving = int(np.minimum(start.count - 1, slots).sum())
+    return len(start.model) + min(leaving, slots)
+
+
+def begin(start: Situation, first: int, size: int, slots: int) -> Runs:
+    """Return `size` runs at the start, with room for as many slots."""
+    groups, rows = len(start.model), rows_of(start, slots)
+    origin = np.repeat(np.arange(rows) % groups, size)
+    items = np.where(np.arange(rows * size) < groups * size, start.count[origin], 0)
+    return Runs(
+        first,
+        start.model[origin],
+        start.belief[origin],
+        items,
+        start.rested[origin],
+        origin,
+        np.full(size, groups),
+    )
+
+
+def situation_of(models: ModelSet, runs: Runs) -> Situation:
+    """Return all rows in use as one situation."""
+    shown = int(runs.used.max()) * len(runs.used)
+    return Situation(
+        models,
+        runs.model[:shown],
+        runs.belief[:shown],
+        runs.items[:shown],
+        runs.rested[:shown],
+    )
+
+
+@compiled
+def decision_seed(seed: int, run: int, slot: int) -> int:
+    """Return the seed of the decision in a slot of a run."""
+    return int(uniform(seed, DECISIONS, run, slot) * 2.0**53)
+
+
+@compiled
+def play_slot(
+    models: ModelSet,
+    runs: Runs,
+    weight: Floats,
+    scores: Floats,
+    seed: int,
+    slot: int,
+    worth: float,
+    earned: Earned,
+) -> None:
+    """Play the item of the highest score in each run, and let the slot pass.
+
+    Args:
+        models: M models of S states.
+        runs: moved on in place.
+        weight: (K,) of a mixture's rows.
+        scores: (K, V R) of the V R first rows.
+        seed: of all runs.
+        slot: number of this slot.
+        worth: of a reward in this slot.
+        earned: added to.
+    """
+    size = len(runs.used)
+    shown = scores.shape[1] // size
+    offered, count = np.empty((len(weight), shown)), np.empty(shown, dtype=np.int64)
+    spare = np.empty((1, runs.belief.shape[1]))
+    for r in range(size):
+        for w in range(shown):
+            count[w] = runs.items[w * size + r]
+            for k in range(len(weight)):
+                offered[k, w] = scores[k, w * size + r]
+        run = runs.first + r
+        group, _, chance, _ = pick(
+            weight, offered, count, decision_seed(seed, run, slot), 0
+        )
+        if chance == 0.0:
+            raise ValueError("scores: one is not finite")
+        row = _alone(runs, r, group)
+        reward = like_chance(models.like, runs.model[row], runs.belief, row)
+        earned.reward[r] += worth * reward
+        earned.plays[runs.origin[row]] += 1
+        drawn = uniform(seed, SIGNALS, run, slot)
+        _pass_slot(models, runs, r, row, _signal(models, runs, row, drawn), spare)
+
+
+@inner
+def _alone(runs: Runs, r: int, group: int) -> int:
+    """Return the row of the item to play, which leaves a group of several."""
+    size = len(runs.used)
+    row, own = group * size + r, int(runs.used[r] * size + r)
+    if runs.items[row] == 1:
+        return row
+    runs.items[row] -= 1
+    runs.used[r] += 1
+    runs.items[own] = 1
+    runs.model[own] = runs.model[row]
+    runs.origin[own] = runs.origin[row]
+    for i in range(runs.belief.shape[1]):
+        runs.belief[own, i] = runs.belief[row, i]
+    return own
+
+
+@inner
+def _signal(models: ModelSet, runs: Runs, row: int, drawn: float) -> int:
+    """Return the signal for a number in [0, 1): the lowest numbers give the last.
+
+    What rounding leaves goes to one that can be given.
+    """
+    m, upto, signal = runs.model[row], 0.0, 0
+    for number in range(models.signals[m] - 1, -1, -1):
+        chance = 0.0
+        for i in range(runs.belief.shape[1]):
+            chance += runs.belief[row, i] * models.observe[m, number, i]
+        upto += chance
+        if chance > 0.0:
+            signal = number
+            if drawn < upto:
+                break
+    return signal
+
+
+@inner
+def _pass_slot(
+    models: ModelSet, runs: Runs, r: int, played: int, signal: int, spare: Floats
+) -> None:
+    """Move every item of a run on: one has been played, the others rest."""
+    size = len(runs.used)
+    for w in range(runs.used[r]):
+        row = w * size + r
+        m = runs.model[row]
+        if row == played:
+            learn(models, m, runs.belief, row, signal, spare, 0)
+            runs.rested[row] = 0
+        else:
+            move(models.rest, m, runs.belief, row, spare, 0)
+            runs.rested[row] += runs.rested[row] != NEVER
+        for i in range(runs.belief.shape[1]):
+            runs.belief[row, i] = spare[0, i]
