@@ -274,7 +274,7 @@ def listed(draw: DrawFn) -> tuple[Model, float]:
     rng = np.random.default_rng(draw(SEEDS))
     size = draw(st.integers(2, 3))
     model = telling_model(rng, size, draw(st.integers(1, 3)))
-    play, rest = model.play, model.rest
+    play, rest = model.play, 0.8 * model.rest + 0.2 / size
     told = Signals(model.states, np.eye(size), rng.random(size))
     kind = draw(st.sampled_from(["told", "reset", "told and reset", "told or reset"]))
     signals = Signals(model.signals, model.observe, model.reward)
