@@ -69,7 +69,12 @@ class Bases:
 
         Where a model is not indexable, Whittle's index says nothing: then the
         Lagrangian index takes its place.
+
+        Raises:
+            ValueError: the tables are needed, and not of these models.
         """
+        if bounded or LOOKED_UP & {*names}:
+            tables.check(models)
         relaxation = relaxed(models, tables)
         if not tables.indexable:
             usual = ("lagrangian" if name == "whittle" else name for name in names)

@@ -158,12 +158,13 @@ def _climbed(
     limits: tuple[float, float],
     progress: Callable[[float], object],
 ) -> _Climbed:
-    """Follow value and advantage over all rungs, each from the one before."""
+    """Follow value and advantage over all rungs, each on the line of two before it."""
     ladder = np.linspace(*limits, RUNGS)
-    value = arm.reward / (1 - arm.discount)
+    value = before = arm.reward / (1 - arm.discount)
     advantage = np.empty((RUNGS, len(value)))
     values = []
     for rung, paid in enumerate(ladder):
+        before, value = value, 2 * value - before
         subsidy.solve(arm, float(paid), value, advantage[rung], PRECISION)
         if rung % STRIDE == 0:
             values.append(value.copy())

@@ -47,7 +47,12 @@ class Lagrangian:
         return self.discount
 
     def prepare(self, models: ModelSet, tables: Tables) -> Scorer:
-        """Compute the advantages at all prices."""
+        """Compute the advantages at all prices.
+
+        Raises:
+            ValueError: the tables are not of these models.
+        """
+        tables.check(models)
         return by_advantage(relaxed(models, tables))
 
     def cost(self, situation: Situation) -> float:

@@ -51,6 +51,16 @@ class Tables(NamedTuple):
             float(discount),
         )
 
+    def check(self, models: ModelSet) -> None:
+        """Check that there is a table for each row of `models`.
+
+        Raises:
+            ValueError: there is not. Models of several samples have tables for each
+                sample only, which `thompson` takes up.
+        """
+        if not np.array_equal(self.whittle.states, models.states):
+            raise ValueError("tables: must be of these models, one for each")
+
 
 NO_TABLES = Tables.of(())
 

@@ -50,7 +50,12 @@ class Whittle:
         return self.discount
 
     def prepare(self, models: ModelSet, tables: Tables) -> Scorer:
-        """Take up the tables."""
+        """Take up the tables.
+
+        Raises:
+            ValueError: they are not of these models.
+        """
+        tables.check(models)
         if not tables.indexable:
             return by_advantage(relaxed(models, tables))
         whittle = index.tabled(tables.whittle, models.like.shape[1])
