@@ -248,7 +248,7 @@ def main() -> None:
     parser.add_argument("--examples", type=int, nargs="*", default=[1, 2, 3])
     parser.add_argument("--runs", type=int, default=20_000)
     parser.add_argument("--instances", type=int, default=100)
-    parser.add_argument("--instance-runs", type=int, default=1_000)
+    parser.add_argument("--instance-runs", type=int, default=400)
     options = parser.parse_args()
     print(describe())
     for example in options.examples:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from policies import grid
-from policies.arrays import Floats, Ints, as_floats
+from policies.arrays import Floats, Ints
 from policies.bayes import learn, like_chance, move
 from policies.compiled import compiled
 from policies.model_set import ModelSet
@@ -77,9 +77,15 @@ def on_reached(arm: Arm) -> Arm:
 
 
 def worth(models: ModelSet, discount: float) -> Floats:
-    """Return (M, S): discounted rewards of playing for ever, (I - beta P1)^-1 rho."""
-    kept = np.eye(models.play.shape[1]) - discount * models.play
-    return as_floats(np.linalg.solve(kept, models.like[..., None])[..., 0])
+    """Return (M, S): discounted rewards of playing for ever, (I - beta P1)^-1 rho.
+
+    Each model is solved for itself: the bits do not depend on its company.
+    """
+    found = np.zeros_like(models.like)
+    for m, states in enumerate(models.states.tolist()):
+        kept = np.eye(states) - discount * models.play[m, :states, :states]
+        found[m, :states] = np.linalg.solve(kept, models.like[m, :states])
+    return found
 
 
 def range_of(models: ModelSet, m: int, discount: float) -> tuple[float, float]:

@@ -25,6 +25,7 @@ from policies import (
     grid,
     index,
 )
+from policies.index_table import MOST_DIVISIONS
 from policies.relaxation import priced_value, relaxed
 from tests.policies.alone import chain, gittins
 from tests.policies.instances import (
@@ -225,7 +226,7 @@ def test_the_index_of_a_channel_is_liu_and_zhaos(
     found = channel_index(up, stay, beta, belief)
 
     expected = liu_zhao(up, stay, beta, belief)
-    assert found == pytest.approx(expected, abs=2e-4)
+    assert found == pytest.approx(expected, abs=1 / MOST_DIVISIONS)
 
 
 @pytest.mark.parametrize(
