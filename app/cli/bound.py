@@ -22,10 +22,12 @@ from app.cli.console import (
 from app.cli.files import opened
 from app.cli.importing import FormatOption
 from app.cli.session import DatabaseUrl, Session, configured, perform
-from app.services import bounds, model_imports, openings, trials
+from app.services import bounds, entrants, model_imports, openings, trials
+from app.services.entrants import Entrant
 from app.services.openings import Opening
-from app.services.trials import Course, Entrant, Trial
+from app.services.trials import Trial
 from app.storage.store import Store
+from simulation import Course
 
 USUAL = ("random", "best_fixed", "myopic", "whittle", "exact_rollout")
 PATIENCE = 60  # seconds after which it is told beforehand how long it takes
@@ -116,7 +118,7 @@ def _entrant(text: str, discount: float) -> Entrant:
     if not isinstance(params, dict):
         raise Failed(f"--policy {text}: the parameters are no object.", status=2)
     try:
-        return trials.entrant(name, params, discount)
+        return entrants.entrant(name, params, discount)
     except ValueError as error:
         raise Failed(f"--policy {text}: {error}.", status=2) from error
 
@@ -129,11 +131,9 @@ def _of_database(
     async def task(session: Session) -> Field:
         def work(store: Store) -> Field:
             opening = openings.present(store, session.live)
-            present = trials.in_force(store) if usual else None
-            if present is None:
-                return Field(opening, wanted)
-            others = [each for each in wanted if each.policy != present.policy]
-            return Field(opening, [present, *others])
+            if usual:
+                return Field(opening, entrants.with_the_one_in_force(store, wanted))
+            return Field(opening, wanted)
 
         return await session.database.run(work)
 
@@ -154,15 +154,15 @@ def _warn(field: Field, course: Course) -> None:
 
 
 def _tried(field: Field, course: Course, depth: int) -> Trial:
-    opening, entrants = field.opening, field.entrants
+    opening, tried = field.opening, field.entrants
     with progress() as bar:
         waiting = bar.add_task("bound", total=None)
         limits = bounds.OF_A_COMMAND
         most = bounds.certified(opening, course.discount, depth, limits)
         bar.remove_task(waiting)
         preparing, playing = (_shown(bar, what) for what in ("index tables", "users"))
-        values = trials.tried(entrants, opening, course, preparing, playing)
-    return trials.reported(entrants, opening, course, depth, most, values)
+        values = trials.tried(tried, opening, course, preparing, playing)
+    return trials.reported(tried, opening, course, depth, most, values)
 
 
 def _shown(bar: Progress, what: str) -> trials.Progress:
