@@ -14,8 +14,7 @@ import numpy as np
 
 from policies import grid, index, subsidy
 from policies.arrays import Floats
-from policies.compiled import compiled
-from policies.groups import Groups, distinct, groups_of
+from policies.groups import distinct, groups_of
 from policies.index import Index
 from policies.index_table import MOST_POINTS, divisions_of
 from policies.layers import stacked
@@ -97,8 +96,7 @@ def bound(
             advantage = np.empty_like(values[m])
             subsidy.solve(arm, price, values[m], advantage, PRECISION)
         worth = _worth(models, rows, divisions, [values[m] for m in rows])
-        groups, now = groups_of(situation), now_of(situation)
-        return _ahead(steps, groups, now, worth, depth, price, discount)
+        return _ahead(steps, situation, worth, depth, price, float(discount))
 
     return _least(at, min(low for low, _ in ranges), max(high for _, high in ranges))
 
@@ -124,19 +122,22 @@ def _worth(
     return index.together([index.linear(models.like), leaf])  # a base plays nothing
 
 
-@compiled
 def _ahead(
     steps: Moves,
-    groups: Groups,
-    now: Now,
+    situation: Situation,
     worth: Index,
     depth: int,
     price: float,
     discount: float,
 ) -> float:
-    """Return T^D L at a price."""
-    alike, _ = distinct(groups, False)
-    items = alike.size.sum() + len(now.model)
+    """Return T^D L at a price.
+
+    Not compiled, but for its parts, as `exact_rollout` has them: that would compile
+    them all once more, into this one.
+    """
+    alike, _ = distinct(groups_of(situation), False)
+    now = now_of(situation)
+    items = int(alike.size.sum()) + len(now.model)
     plays = min(now.plays, items)
     present = Now(plays, now.model, now.belief)
     tree = planted(steps, alike, worth, SUM_LEAF, present, depth, discount)

@@ -14,6 +14,7 @@ from policies.belief import (
     rested,
     untouched,
 )
+from policies.bounds import bound
 from policies.choice import choose
 from policies.model import Model
 from policies.model_set import ModelSet
@@ -24,12 +25,14 @@ from policies.registry import POLICIES, create
 from policies.samples import conditioned
 from policies.situation import NEVER, Situation
 
+ROUGH = 60  # points of a grid
+
 
 def warm_up() -> None:
     """Compile all that a service calls, or load it from the cache.
 
-    Covers every belief function, `choose`, and every policy in all its variants. About
-    20 seconds the first time, half a second from the cache.
+    Covers every belief function, `choose`, `bound`, and every policy in all variants.
+    A minute or two the first time, a second or two from the cache.
     """
     even = [[0.5, 0.5], [0.5, 0.5]]
     models = ModelSet.of([Model(("low", "high"), even, even, [0.2, 0.8], even[0])])
@@ -42,8 +45,9 @@ def warm_up() -> None:
         np.array([1, NEVER]),
     )
     for policy in _variants():
-        scores = ready(policy, models, 60)(situation, 0)
+        scores = ready(policy, models, ROUGH)(situation, 0)
         choose(scores, situation.count, 0)
+    bound(situation, 0.5, 1, ROUGH)
 
 
 def _follow_beliefs(models: ModelSet) -> None:
