@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from app.services.entrants import Entrant
 from app.services.openings import Opening
-from policies import Bound
+from policies import MOST_DISCOUNT, Bound
 from simulation import (
     Course,
     Value,
@@ -28,8 +28,8 @@ def course(runs: int, slots: int | None, discount: float, seed: int) -> Course:
     Raises:
         ValueError: names the field at fault.
     """
-    if not 0 <= discount < 1:
-        raise ValueError(f"discount: must be from 0 to below 1, not {discount}")
+    if not 0 <= discount <= MOST_DISCOUNT:
+        raise ValueError(f"discount: must be from 0 to {MOST_DISCOUNT}, not {discount}")
     return Course(runs, slots_of(discount) if slots is None else slots, discount, seed)
 
 
