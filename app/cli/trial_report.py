@@ -3,7 +3,7 @@
 from app.cli.console import say, show_table
 from app.services.trials import Trial, Tried
 
-COLUMNS = ("policy", "reward", "more than the first", "below the bound", "decision")
+COLUMNS = ("policy", "reward", "over the first", "under the bound", "decision")
 
 
 def show(trial: Trial) -> None:

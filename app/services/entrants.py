@@ -33,7 +33,8 @@ def entrant(name: str, params: Mapping[str, object], discount: float) -> Entrant
     if name in POLICIES and any(p.name == DISCOUNT for p in parameters(POLICIES[name])):
         usual[DISCOUNT] = discount
     policy = create(name, {**usual, **params})
-    label = f"{name} {json.dumps(params)}" if params else name
+    told = json.dumps(params, ensure_ascii=False, separators=(",", ":"))
+    label = f"{name}={told}" if params else name
     return Entrant(label, name, params_of(policy), policy)
 
 

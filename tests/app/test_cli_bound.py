@@ -76,11 +76,13 @@ def test_no_policy_earns_more_than_the_bound(encore: Encore, models: Path) -> No
 
 
 def test_people_are_shown_what_programs_are_told(encore: Encore, models: Path) -> None:
-    words = ("bound", "--models", models, *tried("random", "myopic"), *QUICK)
+    rollout = 'exact_rollout={"horizon":1}'
+    words = ("bound", "--models", models, *tried("random", rollout), *QUICK)
 
     shown, told = encore(*words), encore(*words, "--json").json
 
     assert shown.err == ""
+    assert rollout in shown.out
     for each in told["policies"]:
         assert f"{each['mean']:.4f} ± {each['ci95']:.4f}" in shown.out
         assert f"{each['gap']:.4f} ({each['gap_percent']:.2f} %)" in shown.out
