@@ -82,7 +82,7 @@ def test_people_are_shown_what_programs_are_told(encore: Encore, models: Path) -
     shown, told = encore(*words), encore(*words, "--json").json
 
     assert shown.err == ""
-    assert rollout in shown.out
+    assert [each["label"] for each in told["policies"]] == ["random", rollout]
     for each in told["policies"]:
         assert f"{each['mean']:.4f} ± {each['ci95']:.4f}" in shown.out
         assert f"{each['gap']:.4f} ({each['gap_percent']:.2f} %)" in shown.out
