@@ -3,7 +3,7 @@
 import asyncio
 import time
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from functools import partial
 
 import structlog
@@ -96,9 +96,13 @@ async def _lifespan(app: FastAPI, settings: Settings) -> AsyncIterator[None]:
             partial(keys.ensure, secret=secret, scope=Scope.ADMIN, name="bootstrap")
         )
     background = asyncio.create_task(_work(context))
+    compiling = asyncio.create_task(_compile_others(context))
     yield
+    compiling.cancel()
     context.index_builder.stop()
     await background
+    with suppress(asyncio.CancelledError):
+        await compiling
     await database.close()
 
 
@@ -110,9 +114,17 @@ async def _work(context: Context) -> None:
 
 
 async def _warm(context: Context) -> None:
-    """Compile the decision code aside, so that no request waits for a compiler."""
+    """Compile what decides now, so that no request waits for a compiler."""
     began = time.perf_counter()
     logger.info("compiling")
-    await asyncio.to_thread(warming.warm_up)
+    present = await context.database.run(warming.in_force)
+    await asyncio.to_thread(warming.warm_up, present)
     context.warm.set()
     logger.info("ready", seconds=round(time.perf_counter() - began, 1))
+
+
+async def _compile_others(context: Context) -> None:
+    """Compile the policies that may be put in force."""
+    await context.warm.wait()
+    for other in warming.variants():
+        await asyncio.to_thread(warming.warm_up, [other])

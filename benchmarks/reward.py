@@ -42,7 +42,7 @@ from simulation import (
 DATA = Path(__file__).parent.parent / "tests" / "policies" / "data"
 DISCOUNT, SEED = 0.95, 1
 DEPTHS = {1: 6, 2: 2, 3: 2}  # of the bound
-MANY = 10  # times as many runs where scoring is fast
+MANY = 10  # times as many runs where scoring is fast, as few where it is slowest
 STATES, ITEMS, SLOTS = ("low", "medium", "high", "very high"), 15, 100
 NOTABLE = 2.0  # standard errors
 ROUNDS = 5  # of more runs, which double
@@ -64,8 +64,10 @@ FAST: Sequence[Named] = [
 SLOW: Sequence[Named] = [
     rollout("myopic", base="myopic"),
     rollout("whittle", base="whittle"),
-    rollout("whittle, H 4, leaf base", base="whittle", horizon=4, leaf="base"),
     rollout("whittle, H 4, leaf bound", base="whittle", horizon=4, leaf="lagrangian"),
+]
+SLOWEST: Sequence[Named] = [
+    rollout("whittle, H 4, leaf base", base="whittle", horizon=4, leaf="base"),
     rollout(
         "whittle, depth 2, H 1, leaf bound",
         base="whittle",
@@ -157,17 +159,23 @@ def show_example(example: int, runs: int) -> None:
     certified = bound(start, DISCOUNT, DEPTHS[example]).value
     left = remainder(start, Course(runs, slots, DISCOUNT, SEED))
     print(f"\nexample {example}: no policy earns more than {certified:.6f}")
-    print(f"{runs} runs, {MANY * runs} of the first five; {slots} slots, after which")
+    print(f"{runs} runs, {MANY * runs} of the first {len(FAST)} and {runs // MANY} of")
+    print(f"the last {len(SLOWEST)}, by their difference; {slots} slots, after which")
     print(f"at most {left:.4f} is earned; seed {SEED}\n")
     print("| policy | reward | more than `myopic` | below the bound | a decision |")
     print("| --- | --- | --- | --- | --- |")
-    named = [*FAST, *SLOW]
+    named = [*FAST, *SLOW, *SLOWEST]
     players = ready(named, start)
-    courses = [Course(length, slots, DISCOUNT, SEED) for length in (MANY * runs, runs)]
-    fast = value(players[: len(FAST)], start, courses[0])
-    labels = [label for label, *_ in named]
+    fast = value(
+        players[: len(FAST)], start, Course(MANY * runs, slots, DISCOUNT, SEED)
+    )
     myopic, whittle = (each.rewards for each in fast[:2])
-    slow = (value([player], start, courses[1])[0] for player in players[len(FAST) :])
+    lengths = [runs] * len(SLOW) + [runs // MANY] * len(SLOWEST)
+    slow = (
+        value([player], start, Course(length, slots, DISCOUNT, SEED))[0]
+        for player, length in zip(players[len(FAST) :], lengths, strict=True)
+    )
+    labels = [label for label, *_ in named]
     for label, found in zip(labels, chain(fast, slow), strict=True):
         own = lifted(found.rewards, whittle)
         more = Estimate.of(found.rewards - myopic[: len(found.rewards)])

@@ -26,7 +26,7 @@ from policies.ready import ready
 from policies.registry import POLICIES, create, params_of, presets
 from policies.situation import ALONE, NEVER, Situation, Slate
 from policies.tables import NO_TABLES, Tables, build_all
-from policies.warm_up import warm_up
+from policies.warm_up import variants, warm_up
 
 __all__ = [
     "ALONE",
@@ -76,6 +76,7 @@ __all__ = [
     "replayed",
     "rested",
     "untouched",
+    "variants",
     "warm_up",
     "worth_for_ever",
 ]

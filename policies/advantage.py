@@ -6,7 +6,7 @@ from policies.arrays import Floats, Ints
 from policies.compiled import compiled
 from policies.index import values
 from policies.policy import Scorer
-from policies.relaxation import Relaxation, least, priced_advantage
+from policies.relaxation import Relaxation, least_of, priced_advantage
 from policies.situation import Situation
 
 
@@ -16,18 +16,12 @@ def by_advantage(relaxation: Relaxation) -> Scorer:
 
 
 def _scored(relaxation: Relaxation, situation: Situation, _seed: int) -> Floats:
-    return _scores(
-        relaxation,
-        situation.model,
-        situation.belief,
-        situation.count,
-        situation.slate.plays,
-    )
+    price = least_of(relaxation, situation).price
+    return _advantages(relaxation, price, situation.model, situation.belief)
 
 
 @compiled
-def _scores(
-    relaxation: Relaxation, model: Ints, belief: Floats, count: Ints, plays: int
+def _advantages(
+    relaxation: Relaxation, price: float, model: Ints, belief: Floats
 ) -> Floats:
-    price = least(relaxation, model, belief, count, plays).price
     return values(priced_advantage(relaxation, price), 0, model, belief)

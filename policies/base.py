@@ -4,14 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
-import numpy as np
-
 from policies import index, subsidy
 from policies.index import Index
 from policies.model_set import ModelSet
 from policies.relaxation import (
     Relaxation,
-    least,
+    least_of,
     price_advantages,
     price_values,
     priced_advantage,
@@ -103,13 +101,7 @@ class Bases:
         """Price the items as they stand, if anything depends on it."""
         if not self.priced:
             return Imagined(self.scores, 0.0)
-        slate = situation.slate
-        model, belief, count = situation.model, situation.belief, situation.count
-        if len(slate.model) > 0:
-            model = np.concatenate((model, slate.model))
-            belief = np.concatenate((belief, slate.belief))
-            count = np.concatenate((count, np.ones(len(slate.model), np.int64)))
-        price = least(self.relaxation, model, belief, count, slate.plays).price
+        price = least_of(self.relaxation, situation).price
         kept = self.scores
         scores = Index(kept.worth.copy(), kept.place.copy(), kept.steps, kept.values)
         for row, advantage in self.priced:

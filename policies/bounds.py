@@ -61,13 +61,13 @@ class Effort(NamedTuple):
 
 def effort(situation: Situation, depth: int, most_points: int = MOST_POINTS) -> Effort:
     """Return what `bound` takes with the same arguments, before it is begun."""
-    models, total = situation.models, 0
+    models, total, plays = situation.models, 0, situation.slate.plays
     for m in np.unique(situation.model).tolist():
         states, signals = int(models.states[m]), int(models.signals[m])
         points = grid.size(states, _divisions(models, m, most_points))
         total += points * states * (signals + 1)
     told = int(models.signals[situation.model].max(initial=1))
-    return Effort(total, float(len(situation.model) * told) ** depth)
+    return Effort(total, float(len(situation.model) * told) ** (depth * plays))
 
 
 def bound(
@@ -81,9 +81,15 @@ def bound(
     Args:
         situation: where to start; the hidden states follow its beliefs.
         discount: beta.
-        depth: D; the effort grows with (G K)^D for G groups and K signals.
+        depth: D, in slots; the effort grows with (G K)^(D M) for G groups, K signals
+            and M plays in a slot.
         most_points: size of the grids; finer ones give lower bounds.
+
+    Raises:
+        ValueError: items of the slot are chosen already.
     """
+    if len(situation.slate.model) > 0:
+        raise ValueError("slate: the slot has begun")
     models, rows = situation.models, np.unique(situation.model).tolist()
     arms = {m: _arm(models, m, discount, most_points) for m in rows}
     values = {m: arm.reward / (1 - discount) for m, arm in arms.items()}
@@ -136,17 +142,17 @@ def _ahead(
     them all once more, into this one.
     """
     alike, _ = distinct(groups_of(situation), False)
-    now = now_of(situation)
-    items = int(alike.size.sum()) + len(now.model)
+    now, items = now_of(situation), int(alike.size.sum())
     plays = min(now.plays, items)
     present = Now(plays, now.model, now.belief)
-    tree = planted(steps, alike, worth, SUM_LEAF, present, depth, discount)
+    tried = depth * plays  # in the last slot, too, all items stand at its end
+    tree = planted(steps, alike, worth, SUM_LEAF, present, tried, discount)
     paid = price * (items - plays) / (1 - discount)
     tree.constant[0] = sum_at_rest(tree) - paid
     if depth == 0:
         return float(tree.constant[0])
     nothing = np.zeros(len(steps.signals))
-    return float(first_plays(tree, depth, Ceiling(nothing, nothing), False).max())
+    return float(first_plays(tree, tried, Ceiling(nothing, nothing), False).max())
 
 
 def _least(at: Callable[[float], float], low: float, high: float) -> Bound:

@@ -1,7 +1,7 @@
 """Exact rollout: every future of a base policy, not a sample of them.
 
-Meshram and Kaza (2021), arXiv:2102.04321, section IV, sample L trajectories of a base
-policy after each first play. With a base that breaks ties by rule, a play has one
+Meshram and Kaza (2021), arXiv:2102.04321, section III-B, sample L trajectories of a
+base policy after each first play. With a base that breaks ties by rule, a play has one
 future for each sequence of answers: H plays of likes and skips have 2^H, fewer than the
 trajectories that a comparison needs, and no noise. Rollout improves on its base
 (Bertsekas and Castanon 1999); over several bases it is parallel rollout (Chang, Givan

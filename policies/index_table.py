@@ -2,7 +2,8 @@
 
 A model is indexable if resting, once best, stays best as the subsidy rises: its
 advantage then changes sign once, at the index (Whittle 1988). Here it is followed over
-a ladder of subsidies, on ever finer grids, until the index has settled.
+a ladder of subsidies, on ever finer grids, until the index has settled; where it bends
+too often between two rungs, they are climbed again in small steps.
 """
 
 import math
@@ -25,6 +26,7 @@ MOST_POINTS = 12_500
 MOST_DIVISIONS = 2048
 RUNGS = 201  # subsidies of the ladder for the index
 STRIDE = 4  # every fourth of them is kept for values
+FINER = 16  # rungs between two of them where an index is in doubt
 MOST_VALUES = 2_000  # points of the grid on which values are kept
 SETTLED = 1e-4  # the index may still move by this, in rewards, when a grid is finer
 PRECISION = 1e-7  # of values, in rewards
@@ -156,18 +158,40 @@ def _climbed(
     limits: tuple[float, float],
     progress: Callable[[float], object],
 ) -> _Climbed:
-    """Follow value and advantage over all rungs, each from the one before."""
+    """Follow value and advantage over all rungs, each on the line of two before it."""
     ladder = np.linspace(*limits, RUNGS)
-    value = arm.reward / (1 - arm.discount)
+    value = before = arm.reward / (1 - arm.discount)
     advantage = np.empty((RUNGS, len(value)))
     values = []
     for rung, paid in enumerate(ladder):
+        before, value = value, 2 * value - before
         subsidy.solve(arm, float(paid), value, advantage[rung], PRECISION)
         if rung % STRIDE == 0:
             values.append(value.copy())
         progress((rung + 1) / RUNGS)
-    whittle, again = sign_changes(ladder, advantage)
+    whittle, doubt, again = sign_changes(ladder, advantage)
+    near = np.searchsorted(ladder, whittle)
+    for rung in np.unique(near[arm.reached & (doubt > SETTLED)]).tolist():
+        limits = ladder[rung - 1], ladder[rung]
+        found = _climbed_again(arm, limits, values[(rung - 1) // STRIDE])
+        inside = near[arm.reached] == rung
+        whittle[np.flatnonzero(arm.reached)[inside]] = found[inside]
     return _Climbed(divisions, whittle, np.stack(values), arm.reached, again)
+
+
+def _climbed_again(
+    arm: subsidy.Arm, limits: tuple[float, float], value: Floats
+) -> Floats:
+    """Return the index of the points reached, where it lies within narrow limits."""
+    alone, value = subsidy.on_reached(arm), value[arm.reached]
+    low, high = limits
+    step = (high - low) / FINER
+    ladder = np.linspace(low - step, high + step, FINER + 3)
+    advantage = np.empty((len(ladder), len(value)))
+    for rung, paid in enumerate(ladder):
+        subsidy.solve(alone, float(paid), value, advantage[rung], PRECISION)
+    found, _, _ = sign_changes(ladder, advantage)
+    return found
 
 
 def _moved(states: int, coarse: _Climbed, fine: _Climbed) -> float:

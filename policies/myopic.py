@@ -1,6 +1,6 @@
 """The item most likely to be liked now.
 
-Meshram and Kaza (2021), arXiv:2102.04321, section III.
+Meshram and Kaza (2021), arXiv:2102.04321, section III-A.
 """
 
 from dataclasses import dataclass

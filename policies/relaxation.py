@@ -19,6 +19,7 @@ from policies.compiled import compiled, inner
 from policies.index import LINEAR, PLACE, Index
 from policies.layers import Layers, stacked
 from policies.model_set import ModelSet
+from policies.situation import Situation
 from policies.tables import Tables
 
 NARROW = 1e-7  # the price is found to this share of its range
@@ -136,6 +137,18 @@ def price_advantages(
             index.place[b, m].layer = LINEAR
         else:
             _blend(relaxation, index, b, m, price)
+
+
+def least_of(relaxation: Relaxation, situation: Situation) -> Priced:
+    """Minimise L over the price, for all items: those chosen already, too."""
+    slate = situation.slate
+    model, belief, count = situation.model, situation.belief, situation.count
+    if len(slate.model) > 0:
+        model = np.concatenate((model, slate.model))
+        belief = np.concatenate((belief, slate.belief))
+        count = np.concatenate((count, np.ones(len(slate.model), np.int64)))
+    priced: Priced = least(relaxation, model, belief, count, slate.plays)
+    return priced
 
 
 @compiled

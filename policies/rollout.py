@@ -1,8 +1,8 @@
 """Monte Carlo rollout: play each item once in imagination, then follow a base policy.
 
 Meshram and Kaza (2021), "Monte Carlo Rollout Policy for Recommendation Systems with
-Dynamic User Behavior", arXiv:2102.04321, section IV. After its first play, of an item a
-with belief pi, a trajectory l follows the base policy, and
+Dynamic User Behavior", arXiv:2102.04321, section III-B. After its first play, of an
+item a with belief pi, a trajectory l follows the base policy, and
 
     Q(a) = r_a(pi) + beta/L sum_l sum_h beta^(h-1) R(h, l)
 

@@ -59,6 +59,23 @@ def arm(models: ModelSet, m: int, divisions: int, discount: float) -> Arm:
     return Arm(*moves, _reached(moves, first), float(discount))
 
 
+def on_reached(arm: Arm) -> Arm:
+    """Leave out all points that the prior does not lead to; no move leads to them."""
+    kept = arm.reached
+    rank = np.cumsum(kept) - 1
+    played = np.where(arm.chance[kept] > 0, rank[arm.played[kept]], 0)
+    rested = np.where(arm.share[kept] > 0, rank[arm.rested[kept]], 0)
+    return Arm(
+        arm.reward[kept],
+        played,
+        arm.chance[kept],
+        rested,
+        arm.share[kept],
+        kept[kept],
+        arm.discount,
+    )
+
+
 def worth(models: ModelSet, discount: float) -> Floats:
     """Return (M, S): discounted rewards of playing for ever, (I - beta P1)^-1 rho."""
     kept = np.eye(models.play.shape[1]) - discount * models.play

@@ -1,6 +1,6 @@
 """Compiling ahead, so that no request waits for it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import product
 
 import numpy as np
@@ -14,7 +14,6 @@ from policies.belief import (
     rested,
     untouched,
 )
-from policies.bounds import bound
 from policies.choice import choose
 from policies.model import Model
 from policies.model_set import ModelSet
@@ -25,14 +24,13 @@ from policies.registry import POLICIES, create
 from policies.samples import conditioned
 from policies.situation import NEVER, Situation
 
-ROUGH = 60  # points of a grid
 
+def warm_up(policies: Iterable[Policy] | None = None) -> None:
+    """Compile what a service calls, or load it from the cache.
 
-def warm_up() -> None:
-    """Compile all that a service calls, or load it from the cache.
-
-    Covers every belief function, `choose`, `bound`, and every policy in all variants.
-    A minute or two the first time, a second or two from the cache.
+    Covers every belief function, `choose`, and some policies; if None, all of them in
+    all variants, and thereby `bound`. That takes a minute the first time, a second from
+    the cache; one policy takes a fraction of it.
     """
     even = [[0.5, 0.5], [0.5, 0.5]]
     models = ModelSet.of([Model(("low", "high"), even, even, [0.2, 0.8], even[0])])
@@ -44,10 +42,9 @@ def warm_up() -> None:
         np.array([1, 2]),
         np.array([1, NEVER]),
     )
-    for policy in _variants():
-        scores = ready(policy, models, ROUGH)(situation, 0)
+    for policy in variants() if policies is None else policies:
+        scores = ready(policy, models, 60)(situation, 0)
         choose(scores, situation.count, 0)
-    bound(situation, 0.5, 1, ROUGH)
 
 
 def _follow_beliefs(models: ModelSet) -> None:
@@ -60,7 +57,7 @@ def _follow_beliefs(models: ModelSet) -> None:
     conditioned(models, rows, belief, 1, 2)
 
 
-def _variants() -> Iterator[Policy]:
+def variants() -> Iterator[Policy]:
     """Yield each policy once for every combination of its choices and switches.
 
     One that follows another follows its default: all others are here by themselves.

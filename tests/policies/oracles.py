@@ -1,4 +1,4 @@
-"""Slow and obvious versions of what `policies` computes, written from MODEL.md.
+"""Slow and obvious versions of what `policies` computes, written from definitions.
 
 They share the random numbers with `policies`, and nothing else.
 """

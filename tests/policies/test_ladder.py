@@ -21,18 +21,37 @@ def test_a_zero_is_found_wherever_a_line_bends_once(
 
     advantage = np.array([[bent(rung) - bent(zero)] for rung in LADDER])
 
-    found, again = sign_changes(LADDER, advantage)
+    found, _, again = sign_changes(LADDER, advantage)
 
     assert_allclose(found, zero, atol=1e-9)
     assert not again.any()
 
 
+def test_two_bends_between_rungs_leave_a_doubt_that_holds_the_zero() -> None:
+    """It falls slowly, fast from its zero on, and soon as slowly again."""
+    zero, soon = 0.02, 0.05
+    fast = np.clip(LADDER, zero, soon) - zero
+    advantage = (zero - LADDER - 30 * fast)[:, None]
+
+    found, doubt, _ = sign_changes(LADDER, advantage)
+
+    assert abs(found[0] - zero) > 0.01
+    assert doubt[0] >= abs(found[0] - zero)
+
+
+def test_a_straight_line_leaves_no_doubt() -> None:
+    _, doubt, _ = sign_changes(LADDER, (0.33 - LADDER)[:, None])
+
+    assert_allclose(doubt, 0, atol=1e-12)
+
+
 def test_without_a_change_it_is_an_end_of_the_ladder() -> None:
     always, never = np.ones_like(LADDER), -np.ones_like(LADDER)
 
-    found, again = sign_changes(LADDER, np.stack((always, never), axis=1))
+    found, doubt, again = sign_changes(LADDER, np.stack((always, never), axis=1))
 
     assert_array_equal(found, [1.0, -1.0])
+    assert_array_equal(doubt, [0.0, 0.0])
     assert not again.any()
 
 
@@ -41,7 +60,9 @@ def test_playing_that_becomes_best_again_is_seen() -> None:
     returning = np.where(LADDER > 0.55, 0.5, falling)
     barely = np.where(LADDER > 0.55, 1e-7, falling)
 
-    found, again = sign_changes(LADDER, np.stack((falling, returning, barely), axis=1))
+    found, _, again = sign_changes(
+        LADDER, np.stack((falling, returning, barely), axis=1)
+    )
 
     assert_allclose(found, [0, 0, 0], atol=1e-12)
     assert_array_equal(again, [False, True, False])
