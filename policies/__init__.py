@@ -17,7 +17,7 @@ from policies.belief import (
 )
 from policies.bounds import Bound, Effort, bound, effort, worth_for_ever
 from policies.choice import Choice, Mixture, choose
-from policies.index_table import IndexTable, build
+from policies.index_table import MOST_DISCOUNT, IndexTable, build
 from policies.model import NO_ANSWER, InvalidModel, Model, Signals
 from policies.model_set import ModelSet
 from policies.parameters import Bounds, Parameter, parameters
@@ -31,6 +31,7 @@ from policies.warm_up import variants, warm_up
 __all__ = [
     "ALONE",
     "LIKE",
+    "MOST_DISCOUNT",
     "MOST_SURPRISE",
     "NEVER",
     "NONE",

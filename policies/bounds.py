@@ -14,8 +14,7 @@ import numpy as np
 
 from policies import grid, index, subsidy
 from policies.arrays import Floats
-from policies.compiled import compiled
-from policies.groups import Groups, distinct, groups_of
+from policies.groups import distinct, groups_of
 from policies.index import Index
 from policies.index_table import MOST_POINTS, divisions_of
 from policies.layers import stacked
@@ -103,8 +102,7 @@ def bound(
             advantage = np.empty_like(values[m])
             subsidy.solve(arm, price, values[m], advantage, PRECISION)
         worth = _worth(models, rows, divisions, [values[m] for m in rows])
-        groups, now = groups_of(situation), now_of(situation)
-        return _ahead(steps, groups, now, worth, depth, price, discount)
+        return _ahead(steps, situation, worth, depth, price, float(discount))
 
     return _least(at, min(low for low, _ in ranges), max(high for _, high in ranges))
 
@@ -130,19 +128,21 @@ def _worth(
     return index.together([index.linear(models.like), leaf])  # a base plays nothing
 
 
-@compiled
 def _ahead(
     steps: Moves,
-    groups: Groups,
-    now: Now,
+    situation: Situation,
     worth: Index,
     depth: int,
     price: float,
     discount: float,
 ) -> float:
-    """Return T^D L at a price."""
-    alike, _ = distinct(groups, False)
-    items = alike.size.sum()
+    """Return T^D L at a price.
+
+    Not compiled, but for its parts, as `exact_rollout` has them: that would compile
+    them all once more, into this one.
+    """
+    alike, _ = distinct(groups_of(situation), False)
+    now, items = now_of(situation), int(alike.size.sum())
     plays = min(now.plays, items)
     present = Now(plays, now.model, now.belief)
     tried = depth * plays  # in the last slot, too, all items stand at its end

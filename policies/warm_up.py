@@ -29,8 +29,8 @@ def warm_up(policies: Iterable[Policy] | None = None) -> None:
     """Compile what a service calls, or load it from the cache.
 
     Covers every belief function, `choose`, and some policies; if None, all of them in
-    all variants. That takes a minute the first time, a second from the cache; one
-    policy takes a fraction of it.
+    all variants, and thereby `bound`. That takes a minute the first time, a second from
+    the cache; one policy takes a fraction of it.
     """
     even = [[0.5, 0.5], [0.5, 0.5]]
     models = ModelSet.of([Model(("low", "high"), even, even, [0.2, 0.8], even[0])])

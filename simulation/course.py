@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+MOST = 2**31  # runs, and slots
 LEFT = 1e-4  # worth of a reward after the last slot, against one in the first
 
 
@@ -39,10 +40,10 @@ class Course:
         Raises:
             ValueError: names the field at fault.
         """
-        if self.runs < 2:  # noqa: PLR2004 - one has no spread
-            raise ValueError(f"runs: must be at least 2, not {self.runs}")
-        if self.slots < 1:
-            raise ValueError(f"slots: must be at least 1, not {self.slots}")
+        if not 2 <= self.runs < MOST:  # noqa: PLR2004 - one has no spread
+            raise ValueError(f"runs: must be from 2 to below 2**31, not {self.runs}")
+        if not 1 <= self.slots < MOST:
+            raise ValueError(f"slots: must be from 1 to below 2**31, not {self.slots}")
         if not 0 <= self.discount < 1:
             raise ValueError(
                 f"discount: must be from 0 to below 1, not {self.discount}"

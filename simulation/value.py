@@ -9,8 +9,9 @@ between them vary less still.
 """
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 
@@ -92,9 +93,10 @@ def value(
     for number, contender in enumerate(contenders):
         microseconds = decision_time(contender, start, course)
         parts = []
-        for done, earned in _in_threads(contender, start, course, threads):
-            parts.append(earned)
-            progress((number + done / course.runs) / len(contenders))
+        with closing(_in_threads(contender, start, course, threads)) as work:
+            for done, earned in work:
+                parts.append(earned)
+                progress((number + done / course.runs) / len(contenders))
         rewards = np.concatenate([earned.reward for earned in parts])
         first = values[0].rewards if values else rewards
         plays = np.sum([earned.plays for earned in parts], axis=0)
@@ -105,15 +107,21 @@ def value(
 
 def _in_threads(
     contender: Contender, start: Situation, course: Course, threads: int | None
-) -> Iterator[tuple[int, Earned]]:
-    """Yield how many runs are done, and what the latest of them earned, in order."""
+) -> Generator[tuple[int, Earned], None, None]:
+    """Yield how many runs are done, and what the latest of them earned, in order.
+
+    Ends early, if it is closed, with the runs that have begun.
+    """
     rows = rows_of(start, course.slots)
     size = max(MOST_ROWS // rows, 1) if contender.at_once else 1
     firsts = range(0, course.runs, size)
     sizes = [min(size, course.runs - first) for first in firsts]
     work = partial(played, contender, start, course)
-    with ThreadPoolExecutor(threads or os.cpu_count()) as executor:
+    executor = ThreadPoolExecutor(threads or os.cpu_count())
+    try:
         done = 0
         for earned in executor.map(work, firsts, sizes):
             done += len(earned.reward)
             yield done, earned
+    finally:
+        executor.shutdown(cancel_futures=True)

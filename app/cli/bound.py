@@ -1,6 +1,5 @@
 """`encore bound`: what policies earn, and how much any policy could."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -10,22 +9,19 @@ import typer
 from rich.progress import Progress, TaskID
 
 from app.api.schemas.lines import MODELS
-from app.cli.console import (
-    AsJson,
-    Failed,
-    note,
-    progress,
-    say,
-    show_json,
-    show_table,
-)
+from app.cli import trial_report
+from app.cli.console import AsJson, Failed, note, progress, show_json
 from app.cli.files import opened
-from app.cli.importing import FormatOption
+from app.cli.importing import FormatOption, refused
 from app.cli.session import DatabaseUrl, Session, configured, perform
-from app.services import bounds, model_imports, openings, trials
+from app.errors import InvalidImport, TooLargeToBound
+from app.services import bounds, entrants, model_imports, openings, trials
+from app.services.entrants import Entrant
+from app.services.formats import Format, json_object
 from app.services.openings import Opening
-from app.services.trials import Course, Entrant, Trial
+from app.services.trials import Trial
 from app.storage.store import Store
+from simulation import Course
 
 USUAL = ("random", "best_fixed", "myopic", "whittle", "exact_rollout")
 PATIENCE = 60  # seconds after which it is told beforehand how long it takes
@@ -87,17 +83,16 @@ def command(
     """
     course = _course(runs, slots, discount, seed)
     wanted = [_entrant(text, discount) for text in policy or USUAL]
-    if models is not None:
-        with opened(models, format_, MODELS) as file:
-            field = Field(openings.of_models(model_imports.read(file)), wanted)
-    else:
+    if models is None:
         field = _of_database(database_url, wanted, usual=not policy)
-    _warn(field, course)
+    else:
+        field = Field(_of_file(models, format_), wanted)
+    _warn(field, course, depth)
     trial = _tried(field, course, depth)
     if as_json:
         show_json(asdict(trial))
     else:
-        _show(trial)
+        trial_report.show(trial)
 
 
 def _course(runs: int, slots: int | None, discount: float, seed: int) -> Course:
@@ -110,15 +105,17 @@ def _course(runs: int, slots: int | None, discount: float, seed: int) -> Course:
 def _entrant(text: str, discount: float) -> Entrant:
     name, _, given = text.partition("=")
     try:
-        params = json.loads(given or "{}")
+        return entrants.entrant(name, json_object(given or "{}"), discount)
     except ValueError as error:
-        raise Failed(f"--policy {text}: {error}.", status=2) from error
-    if not isinstance(params, dict):
-        raise Failed(f"--policy {text}: the parameters are no object.", status=2)
+        raise Failed(f"--policy {name}: {error}.", status=2) from error
+
+
+def _of_file(file: Path, format_: Format | None) -> Opening:
     try:
-        return trials.entrant(name, params, discount)
-    except ValueError as error:
-        raise Failed(f"--policy {text}: {error}.", status=2) from error
+        with opened(file, format_, MODELS) as lines:
+            return openings.of_models(model_imports.read(lines))
+    except InvalidImport as error:
+        raise refused(error) from error
 
 
 def _of_database(
@@ -129,20 +126,24 @@ def _of_database(
     async def task(session: Session) -> Field:
         def work(store: Store) -> Field:
             opening = openings.present(store, session.live)
-            present = trials.in_force(store) if usual else None
-            if present is None:
-                return Field(opening, wanted)
-            others = [each for each in wanted if each.policy != present.policy]
-            return Field(opening, [present, *others])
+            if usual:
+                return Field(opening, entrants.with_the_one_in_force(store, wanted))
+            return Field(opening, wanted)
 
         return await session.database.run(work)
 
     return perform(configured(database_url=database_url), task)
 
 
-def _warn(field: Field, course: Course) -> None:
+def _warn(field: Field, course: Course, depth: int) -> None:
     """Tell what will take long; refuse what would take days."""
-    expected = trials.expected_seconds(field.entrants, field.opening, course)
+    opening, limits = field.opening, bounds.OF_A_COMMAND
+    try:
+        bounding = bounds.expected_seconds(opening, course.discount, depth, limits)
+    except TooLargeToBound as error:
+        (fault,) = error.faults
+        raise Failed(f"{error.detail} --{fault.field}: {fault.message}.") from error
+    expected = bounding + trials.expected_seconds(field.entrants, opening, course)
     told = f"{len(field.opening.models)} models, {course.runs} runs"
     if expected > MOST_PATIENCE:
         raise Failed(
@@ -154,15 +155,15 @@ def _warn(field: Field, course: Course) -> None:
 
 
 def _tried(field: Field, course: Course, depth: int) -> Trial:
-    opening, entrants = field.opening, field.entrants
+    opening, tried = field.opening, field.entrants
     with progress() as bar:
         waiting = bar.add_task("bound", total=None)
         limits = bounds.OF_A_COMMAND
         most = bounds.certified(opening, course.discount, depth, limits)
         bar.remove_task(waiting)
         preparing, playing = (_shown(bar, what) for what in ("index tables", "users"))
-        values = trials.tried(entrants, opening, course, preparing, playing)
-    return trials.reported(entrants, opening, course, depth, most, values)
+        values = trials.tried(tried, opening, course, preparing, playing)
+    return trials.reported(tried, opening, course, depth, most, values)
 
 
 def _shown(bar: Progress, what: str) -> trials.Progress:
@@ -175,27 +176,3 @@ def _shown(bar: Progress, what: str) -> trials.Progress:
         bar.update(tasks[0], completed=int(100 * share))
 
     return tell
-
-
-def _show(trial: Trial) -> None:
-    columns = ("policy", "reward", "more than the first", "below the bound", "decision")
-    show_table(
-        columns,
-        [
-            (
-                tried.label,
-                f"{tried.mean:.4f} ± {tried.ci95:.4f}",
-                f"{tried.difference:+.4f} ± {tried.difference_ci95:.4f}",
-                f"{tried.gap:.4f} ({tried.gap_percent:.2f} %)",
-                f"{tried.decision_us:.0f} µs",
-            )
-            for tried in trial.policies
-        ],
-    )
-    say()
-    say(f"No policy earns more than {trial.bound:.4f} on average.")
-    say(
-        f"{sum(trial.items)} items of {len(trial.models)} models, {trial.runs} users"
-        f" from the start of their listening, {trial.slots} plays each; later ones add"
-        f" at most {trial.remainder:.4f}. Discount {trial.discount}, seed {trial.seed}."
-    )

@@ -129,9 +129,7 @@ def _run(
     try:
         result = perform(configured(database_url=database_url), task)
     except InvalidImport as error:
-        for fault in error.faults:
-            note(f"{fault.field}: {fault.message}")
-        raise Failed(error.detail + _hint(error)) from error
+        raise refused(error) from error
     if isinstance(result, Imported):
         for model, warnings in result.warnings.items():
             for warning in warnings:
@@ -140,6 +138,13 @@ def _run(
         show_json(asdict(result))
     else:
         say(_described(result, dry_run=dry_run))
+
+
+def refused(error: InvalidImport) -> Failed:
+    """Name the lines in error, each in a line."""
+    for fault in error.faults:
+        note(f"{fault.field}: {fault.message}")
+    return Failed(error.detail + _hint(error))
 
 
 def _hint(error: InvalidImport) -> str:

@@ -9,9 +9,11 @@ from app.services.live import Live
 from app.services.openings import Opening
 from app.storage import revision
 from app.storage.store import Store
-from policies import Bound, bound, effort, worth_for_ever
+from policies import Bound, Effort, bound, effort, worth_for_ever
 
 FINEST, COARSEST = 12_500, 100  # points of a grid
+MOVE = 6e-8  # seconds to follow a move, times the slots that count, at all prices
+LEAF = 1.5e-5  # seconds for a leaf, at all prices
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +75,21 @@ def outlook(store: Store, live: Live, discount: float | None, depth: int) -> Out
 
 def certified(opening: Opening, discount: float, depth: int, limits: Limits) -> Bound:
     """The bound on the finest grids that keep within the limits."""
+    points, _ = _fitting(opening, discount, depth, limits)
+    return bound(opening.situation, discount, depth, points)
+
+
+def expected_seconds(
+    opening: Opening, discount: float, depth: int, limits: Limits
+) -> float:
+    """Roughly what that takes."""
+    _, needed = _fitting(opening, discount, depth, limits)
+    return MOVE * needed.moves / (1 - discount) + LEAF * needed.leaves
+
+
+def _fitting(
+    opening: Opening, discount: float, depth: int, limits: Limits
+) -> tuple[int, Effort]:
     points, moves = FINEST, limits.moves * (1 - discount)
     needed = effort(opening.situation, depth, points)
     if needed.leaves > limits.leaves:
@@ -84,7 +101,7 @@ def certified(opening: Opening, discount: float, depth: int, limits: Limits) -> 
     if needed.moves > moves:
         fault = Fault("discount", f"too long a view for {len(opening.models)} models")
         raise TooLargeToBound("The models have too many states in all.", fault)
-    return bound(opening.situation, discount, depth, points)
+    return points, needed
 
 
 def best_fixed(opening: Opening, discount: float) -> Fixed:

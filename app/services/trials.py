@@ -1,18 +1,14 @@
 """Policies tried on simulated users of a catalogue, each of whom is new to it."""
 
-import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from app.services.live import find_policy
+from app.services.entrants import Entrant
 from app.services.openings import Opening
-from app.services.policy_catalogue import made
-from app.storage import revision
-from app.storage.store import Store
-from policies import POLICIES, Bound, Policy, create, parameters, params_of
-from simulation import Course as Course  # noqa: PLC0414 - commands name it, too
+from policies import MOST_DISCOUNT, Bound
 from simulation import (
+    Course,
     Value,
     contenders,
     remainder,
@@ -23,7 +19,6 @@ from simulation import (
 )
 
 Progress = Callable[[float], object]
-DISCOUNT = "discount"
 NORMAL = 1.96  # standard errors on either side of a mean
 
 
@@ -33,43 +28,9 @@ def course(runs: int, slots: int | None, discount: float, seed: int) -> Course:
     Raises:
         ValueError: names the field at fault.
     """
-    if not 0 <= discount < 1:
-        raise ValueError(f"discount: must be from 0 to below 1, not {discount}")
+    if not 0 <= discount <= MOST_DISCOUNT:
+        raise ValueError(f"discount: must be from 0 to {MOST_DISCOUNT}, not {discount}")
     return Course(runs, slots_of(discount) if slots is None else slots, discount, seed)
-
-
-@dataclass(frozen=True, slots=True)
-class Entrant:
-    """A policy to try. `label`: what tells it from the others."""
-
-    label: str
-    name: str
-    params: Mapping[str, object]
-    policy: Policy
-
-
-def entrant(name: str, params: Mapping[str, object], discount: float) -> Entrant:
-    """A policy that plans at a discount, unless its parameters say otherwise.
-
-    Raises:
-        ValueError: names the field at fault.
-    """
-    usual: dict[str, object] = {}
-    if name in POLICIES and any(p.name == DISCOUNT for p in parameters(POLICIES[name])):
-        usual[DISCOUNT] = discount
-    policy = create(name, {**usual, **params})
-    label = f"{name} {json.dumps(params)}" if params else name
-    return Entrant(label, name, params_of(policy), policy)
-
-
-def in_force(store: Store) -> Entrant | None:
-    """The policy in force, None where none ever was."""
-    known = revision.current(store)
-    if known.policy == 0:
-        return None
-    version = find_policy(store, known.policy)
-    label = f"{version.name} (in force)"
-    return Entrant(label, version.name, version.params, made(version))
 
 
 def expected_seconds(

@@ -75,7 +75,7 @@ def test_what_would_take_too_long_is_refused(service: Service) -> None:
 
     refused = [
         bound(service.client, discount=discount, depth=depth).json()
-        for discount, depth in ((0.9, 2), (0.99999999, 0))
+        for discount, depth in ((0.9, 2), (0.999, 0))
     ]
 
     assert [each["code"] for each in refused] == ["too_large_to_bound"] * 2
@@ -83,7 +83,7 @@ def test_what_would_take_too_long_is_refused(service: Service) -> None:
     assert bound(service.client, discount=0.5, depth=0).is_success
 
 
-@pytest.mark.parametrize(("field", "value"), [("depth", 3), ("discount", 1)])
+@pytest.mark.parametrize(("field", "value"), [("depth", 3), ("discount", 0.9991)])
 def test_a_query_that_makes_no_sense_is_refused(
     example: Service, field: str, value: float
 ) -> None:

@@ -12,8 +12,10 @@ from policies import (
     POLICIES,
     ModelSet,
     answered,
+    bound,
     choose,
     create,
+    effort,
     expected_like,
     forecast,
     ready,
@@ -21,6 +23,7 @@ from policies import (
     rested,
     untouched,
     warm_up,
+    worth_for_ever,
 )
 from tests.policies.instances import random_models, situation, uncertain
 
@@ -46,6 +49,10 @@ def test_after_warming_up_nothing_is_compiled() -> None:
         forecast(models, 0, after.belief, 3)
         replayed(models, 0, np.array([], dtype=np.int64), np.array([], dtype=np.int64))
         case = situation(models, rows.tolist(), belief, (1 + rows).tolist())
+        for depth, discount in product((0, 1, 2), (0, 0.5)):
+            bound(case, discount, depth, 30)
+        effort(case, 2)
+        worth_for_ever(case, 0)
         for policy in [create(name, {}) for name in POLICIES] + [
             create(
                 "rollout",
