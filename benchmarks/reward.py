@@ -34,7 +34,6 @@ from simulation import (
     Course,
     contenders,
     remainder,
-    slots_of,
     standard_error,
     value,
 )
@@ -42,8 +41,10 @@ from simulation import (
 DATA = Path(__file__).parent.parent / "tests" / "policies" / "data"
 DISCOUNT, SEED = 0.95, 1
 DEPTHS = {1: 6, 2: 2, 3: 2}  # of the bound
-MANY = 10  # times as many runs where scoring is fast, as few where it is slowest
-STATES, ITEMS, SLOTS = ("low", "medium", "high", "very high"), 15, 100
+MANY, FEW = 10, 20  # times as many runs where scoring is fast, as few where slowest
+STATES, ITEMS = ("low", "medium", "high", "very high"), 15
+SLOTS, SHORT = 240, 120  # of the paper's examples and of random instances
+PAIRS = [(0, 2), (0, 3), (1, 2), (1, 3)]  # of players of random instances
 NOTABLE = 2.0  # standard errors
 ROUNDS = 5  # of more runs, which double
 
@@ -54,6 +55,8 @@ def rollout(label: str, **params: object) -> Named:
     return f"exact_rollout, {label}", "exact_rollout", params
 
 
+DEFAULT: Named = ("exact_rollout", "exact_rollout", {})
+BOUNDED = rollout("base whittle", base="whittle")
 FAST: Sequence[Named] = [
     ("myopic", "myopic", {}),
     ("whittle", "whittle", {}),
@@ -61,29 +64,22 @@ FAST: Sequence[Named] = [
     ("round_robin", "round_robin", {}),
     ("best_fixed", "best_fixed", {}),
 ]
-SLOW: Sequence[Named] = [
-    rollout("myopic", base="myopic"),
-    rollout("whittle", base="whittle"),
-    rollout("whittle, H 4, leaf bound", base="whittle", horizon=4, leaf="lagrangian"),
-]
+SLOW: Sequence[Named] = [DEFAULT]
 SLOWEST: Sequence[Named] = [
-    rollout("whittle, H 4, leaf base", base="whittle", horizon=4, leaf="base"),
-    rollout(
-        "whittle, depth 2, H 1, leaf bound",
-        base="whittle",
-        depth=2,
-        horizon=1,
-        leaf="lagrangian",
-    ),
-    rollout("myopic and whittle", base=("myopic", "whittle")),
-    rollout("lagrangian", base="lagrangian"),
+    BOUNDED,
+    rollout("base myopic", base="myopic"),
+    rollout("base myopic, H 5, no leaf", base="myopic", horizon=5, leaf="none"),
+    rollout("base whittle, H 5, no leaf", base="whittle", horizon=5, leaf="none"),
+    rollout("base whittle, H 5, leaf base", base="whittle", horizon=5, leaf="base"),
+    rollout("depth 2, H 1", depth=2, horizon=1),
     ("lagrangian", "lagrangian", {}),
     ("rollout", "rollout", {}),
     ("rollout, preset paper", "rollout", {"preset": "paper"}),
     ("whittle_mc", "whittle_mc", {}),
 ]
 PLAYERS: Sequence[Named] = [
-    rollout("whittle", base="whittle"),
+    DEFAULT,
+    BOUNDED,
     ("whittle", "whittle", {}),
     ("myopic", "myopic", {}),
 ]
@@ -155,22 +151,22 @@ def ready(named: Sequence[Named], start: Situation) -> Sequence[Contender]:
 
 
 def show_example(example: int, runs: int) -> None:
-    start, slots = start_of(paper(example)), slots_of(DISCOUNT)
+    start, slots = start_of(paper(example)), SLOTS
     certified = bound(start, DISCOUNT, DEPTHS[example]).value
     left = remainder(start, Course(runs, slots, DISCOUNT, SEED))
     print(f"\nexample {example}: no policy earns more than {certified:.6f}")
-    print(f"{runs} runs, {MANY * runs} of the first {len(FAST)} and {runs // MANY} of")
+    print(f"{runs} runs, {MANY * runs} of the first {len(FAST)} and {runs // FEW} of")
     print(f"the last {len(SLOWEST)}, by their difference; {slots} slots, after which")
     print(f"at most {left:.4f} is earned; seed {SEED}\n")
-    print("| policy | reward | more than `myopic` | below the bound | a decision |")
-    print("| --- | --- | --- | --- | --- |")
+    print("| policy | reward | above `whittle` | above `myopic` | gap | a decision |")
+    print("| --- | --- | --- | --- | --- | --- |")
     named = [*FAST, *SLOW, *SLOWEST]
     players = ready(named, start)
     fast = value(
         players[: len(FAST)], start, Course(MANY * runs, slots, DISCOUNT, SEED)
     )
     myopic, whittle = (each.rewards for each in fast[:2])
-    lengths = [runs] * len(SLOW) + [runs // MANY] * len(SLOWEST)
+    lengths = [runs] * len(SLOW) + [runs // FEW] * len(SLOWEST)
     slow = (
         value([player], start, Course(length, slots, DISCOUNT, SEED))[0]
         for player, length in zip(players[len(FAST) :], lengths, strict=True)
@@ -178,9 +174,12 @@ def show_example(example: int, runs: int) -> None:
     labels = [label for label, *_ in named]
     for label, found in zip(labels, chain(fast, slow), strict=True):
         own = lifted(found.rewards, whittle)
-        more = Estimate.of(found.rewards - myopic[: len(found.rewards)])
+        above = [
+            Estimate.of(found.rewards - other[: len(found.rewards)])
+            for other in (whittle, myopic)
+        ]
         gap = 100 * (1 - own.mean / certified)
-        print(f"| {label} | {own} | {more} ", end="")
+        print(f"| {label} | {own} | {above[0]} | {above[1]} ", end="")
         print(f"| {gap:.2f} % | {found.decision_us:.0f} µs |", flush=True)
 
 
@@ -194,19 +193,22 @@ def lifted(rewards: Floats, reference: Floats) -> Estimate:
 
 
 def show_instances(instances: int, runs: int) -> None:
-    """Compare `exact_rollout` on `whittle` with both index policies."""
+    """Compare `exact_rollout` with both index policies."""
     print(f"\n{instances} random instances of {ITEMS} items; {runs} runs, up to")
-    print(f"{runs * 2 ** (ROUNDS - 1)} while it is more than {NOTABLE} standard errors")
-    print(f"below another; {SLOTS} slots; seeds from 0\n")
-    print("| exact_rollout on whittle | least | median | greatest | worst instance |")
+    print(
+        f"{runs * 2 ** (ROUNDS - 1)} while one is more than {NOTABLE} standard errors"
+    )
+    print(f"below another; {SHORT} slots; seeds from 0\n")
+    print("| | least | median | greatest | worst instance |")
     print("| --- | --- | --- | --- | --- |", flush=True)
     found = [compared(number, runs) for number in range(instances)]
-    for place, other in enumerate(("whittle", "myopic")):
-        above = [each.above[place] for each in found]
-        worst = min(above, key=lambda estimate: estimate.sigmas)
-        means = spread([estimate.mean for estimate in above], ".4f")
-        print(f"| more than `{other}` | {means} | {worst}, {worst.sigmas:.1f} SE |")
-    print(f"| below the bound, % | {spread([each.gap for each in found], '.2f')} | |")
+    for place, (above, below) in enumerate(PAIRS):
+        name = f"{PLAYERS[above][0]} above {PLAYERS[below][0]}"
+        pairs = [each.above[place] for each in found]
+        worst = min(pairs, key=lambda estimate: estimate.sigmas)
+        means = spread([estimate.mean for estimate in pairs], ".4f")
+        print(f"| {name} | {means} | {worst}, {worst.sigmas:.1f} SE |")
+    print(f"| gap to the bound, % | {spread([each.gap for each in found], '.2f')} | |")
     longer = [number for number, each in enumerate(found) if each.runs > runs]
     print(f"\nwith more runs: {longer or 'none'}", flush=True)
 
@@ -218,7 +220,7 @@ def spread(values: Sequence[float], form: str) -> str:
 
 @dataclass(frozen=True)
 class Compared:
-    """One instance: paired differences to `whittle` and `myopic`; gap in percent."""
+    """One instance: paired differences of PAIRS; gap of the first player in percent."""
 
     above: Sequence[Estimate]
     gap: float
@@ -232,10 +234,10 @@ def compared(number: int, runs: int) -> Compared:
     for turn in range(ROUNDS):
         if all(estimate.sigmas >= -NOTABLE for estimate in above) and above:
             break
-        course = Course(max(rewards.shape[1], runs), SLOTS, DISCOUNT, SEED + turn)
+        course = Course(max(rewards.shape[1], runs), SHORT, DISCOUNT, SEED + turn)
         found = value(players, start, course)
         rewards = np.append(rewards, [each.rewards for each in found], axis=1)
-        above = [Estimate.of(rewards[0] - other) for other in rewards[1:]]
+        above = [Estimate.of(rewards[one] - rewards[two]) for one, two in PAIRS]
     certified = bound(start, DISCOUNT, depth=1).value
     gap = 100 * (1 - float(rewards[0].mean()) / certified)
     note = ", ".join(f"{estimate} ({estimate.sigmas:+.1f} SE)" for estimate in above)
@@ -248,7 +250,7 @@ def main() -> None:
     parser.add_argument("--examples", type=int, nargs="*", default=[1, 2, 3])
     parser.add_argument("--runs", type=int, default=20_000)
     parser.add_argument("--instances", type=int, default=100)
-    parser.add_argument("--instance-runs", type=int, default=400)
+    parser.add_argument("--instance-runs", type=int, default=200)
     options = parser.parse_args()
     print(describe())
     for example in options.examples:

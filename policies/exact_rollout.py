@@ -86,19 +86,19 @@ class ExactRollout:
     base: Annotated[
         Base | tuple[Base, ...],
         "policy followed after the first plays; of several, the best at that point",
-    ] = "myopic"
+    ] = ("whittle", "lagrangian")
     horizon: Annotated[
         int,
         Bounds(1, 12),
         "plays of the base policy; fewer if there would be more than 4096 futures",
-    ] = 5
+    ] = 3
     depth: Annotated[
         int, Bounds(1, 3), "first plays that are chosen by trying all of them"
     ] = 1
     leaf: Annotated[
         Literal["none", "base", "lagrangian"],
         "earned after the horizon: nothing, the base's next item for ever, or a bound",
-    ] = "none"
+    ] = "lagrangian"
     discount: Annotated[
         float,
         Bounds(0, MOST_DISCOUNT),
