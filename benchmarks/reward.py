@@ -41,7 +41,7 @@ from simulation import (
 DATA = Path(__file__).parent.parent / "tests" / "policies" / "data"
 DISCOUNT, SEED = 0.95, 1
 DEPTHS = {1: 6, 2: 2, 3: 2}  # of the bound
-MANY, FEW = 10, 20  # times as many runs where scoring is fast, as few where slowest
+MANY, FEWER, FEW = 10, 5, 40  # times as many runs where scoring is fast; as few if not
 STATES, ITEMS = ("low", "medium", "high", "very high"), 15
 SLOTS, SHORT = 240, 120  # of the paper's examples and of random instances
 PAIRS = [(0, 2), (0, 3), (1, 2), (1, 3)]  # of players of random instances
@@ -155,9 +155,9 @@ def show_example(example: int, runs: int) -> None:
     certified = bound(start, DISCOUNT, DEPTHS[example]).value
     left = remainder(start, Course(runs, slots, DISCOUNT, SEED))
     print(f"\nexample {example}: no policy earns more than {certified:.6f}")
-    print(f"{runs} runs, {MANY * runs} of the first {len(FAST)} and {runs // FEW} of")
-    print(f"the last {len(SLOWEST)}, by their difference; {slots} slots, after which")
-    print(f"at most {left:.4f} is earned; seed {SEED}\n")
+    print(f"{MANY * runs} runs of the first {len(FAST)}; {runs // FEWER}, of the last")
+    print(f"{len(SLOWEST)} {runs // FEW}, of others, by their difference to `whittle`;")
+    print(f"{slots} slots, after which at most {left:.4f} is earned; seed {SEED}\n")
     print("| policy | reward | above `whittle` | above `myopic` | gap | a decision |")
     print("| --- | --- | --- | --- | --- | --- |")
     named = [*FAST, *SLOW, *SLOWEST]
@@ -166,7 +166,7 @@ def show_example(example: int, runs: int) -> None:
         players[: len(FAST)], start, Course(MANY * runs, slots, DISCOUNT, SEED)
     )
     myopic, whittle = (each.rewards for each in fast[:2])
-    lengths = [runs] * len(SLOW) + [runs // FEW] * len(SLOWEST)
+    lengths = [runs // FEWER] * len(SLOW) + [runs // FEW] * len(SLOWEST)
     slow = (
         value([player], start, Course(length, slots, DISCOUNT, SEED))[0]
         for player, length in zip(players[len(FAST) :], lengths, strict=True)

@@ -41,6 +41,7 @@ from tests.policies.instances import (
 from tests.policies.oracles import exact_scores
 from tests.policies.rules import Rules
 
+MYOPIC = ExactRollout(base="myopic", leaf="none")
 PLAIN: Sequence[Base] = ("myopic", "best_fixed", "round_robin")
 TABLED: Sequence[Base] = ("whittle", "lagrangian", "myopic")
 LEAVES = ("none", "base", "lagrangian")
@@ -121,7 +122,7 @@ def test_where_a_model_is_not_indexable_a_base_goes_by_the_lagrangian() -> None:
 
 @pytest.mark.parametrize("example", [1, 2, 3])
 def test_scores_of_the_paper(example: int) -> None:
-    policy = ExactRollout()
+    policy = replace(MYOPIC, horizon=5)
 
     scores = score(policy, paper_situation(example), prune=False)
 
@@ -136,7 +137,7 @@ def test_scores_of_the_paper(example: int) -> None:
     ("plays", "worth"), [(2, 1.21720187), (5, 2.98905286), (10, 5.48314754)]
 )
 def test_playing_the_myopic_item_first_is_myopic_play(plays: int, worth: float) -> None:
-    policy = ExactRollout(horizon=plays - 1)
+    policy = replace(MYOPIC, horizon=plays - 1)
 
     scores = score(policy, paper_situation(1), prune=False)
 
@@ -193,7 +194,7 @@ def test_pruning_leaves_out_most_of_a_catalogue(depth: int, leaf: str) -> None:
     rng = np.random.default_rng(4)
     models = ModelSet.of([random_model(rng, 4) for _ in range(60)])
     case = situation(models, range(60), models.prior, [1] * 60)
-    policy = ExactRollout(depth=depth, leaf=leaf, horizon=4, discount=0.6)  # type: ignore[arg-type]
+    policy = ExactRollout("myopic", 4, depth, leaf, discount=0.6)  # type: ignore[arg-type]
 
     full = score(policy, case, prune=False)
     pruned = score(policy, case, prune=True)
@@ -229,7 +230,7 @@ def test_round_robin_follows_with_what_has_rested_longest() -> None:
         ]
     )
     case = situation(models, range(3), models.prior, [1, 1, 1])
-    policy = ExactRollout(base="round_robin", horizon=1, discount=0.5)
+    policy = ExactRollout(base="round_robin", horizon=1, leaf="none", discount=0.5)
 
     for rested, after in (([3, 9, 5], 0.25), ([9, 0, 12], 0.125), ([NEVER, 0, 12], 0)):
         recent = replace(case, rested=np.array(rested))
@@ -388,9 +389,12 @@ def test_there_are_never_more_than_4096_futures() -> None:
 
     for models, most in ((three, 7), (two, 12)):
         case = situation(models, range(3), models.prior, [1, 1, 1])
-        full = score(ExactRollout(horizon=most), case, prune=False)
-        assert_array_equal(score(ExactRollout(horizon=12), case, prune=False), full)
-        assert (full > score(ExactRollout(horizon=most - 1), case, prune=False)).all()
+        full, longer, shorter = (
+            score(replace(MYOPIC, horizon=horizon), case, prune=False)
+            for horizon in (most, 12, most - 1)
+        )
+        assert_array_equal(longer, full)
+        assert (full > shorter).all()
 
 
 def test_more_plays_a_slot_than_items_are_all_of_them() -> None:

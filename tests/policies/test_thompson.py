@@ -193,7 +193,7 @@ def test_it_is_what_the_policy_followed_is() -> None:
     assert watching.table_discount == 0.5
     assert Thompson(RoundRobin()).rest_matters
     assert Thompson(Myopic()).is_index
-    assert Thompson().table_discount is None
+    assert Thompson(Myopic()).table_discount is None
     assert watching.cost(paper_situation(1)) < watching.cost(uncertain_situation(1)) / 3
 
 
