@@ -58,10 +58,12 @@ class Case:
         return f"{self.policy}{options}, {items}"
 
 
+PLAIN: dict[str, object] = {"base": "myopic", "horizon": HORIZON, "leaf": "none"}
 CASES = [
     Case("myopic", 5, "20 us"),
+    *(Case("exact_rollout", beliefs) for beliefs in (5, 15, 100, 500)),
     *(
-        Case("exact_rollout", beliefs, aim, compare=True)
+        Case("exact_rollout", beliefs, aim, PLAIN, compare=True)
         for beliefs, aim in (
             (5, "35 us"),
             (15, "100 us"),
@@ -73,10 +75,9 @@ CASES = [
         Case("exact_rollout", PLAYED + UNTOUCHED, "2 ms", untouched=10**power)
         for power in (3, 4, 5, 6)
     ),
-    Case("exact_rollout", 15, params={"base": "whittle"}),
-    Case("exact_rollout", 15, params={"base": ["myopic", "whittle"]}),
-    Case("exact_rollout", 15, params={"base": "lagrangian", "leaf": "lagrangian"}),
-    Case("exact_rollout", 15, params={"depth": 2, "horizon": 3}),
+    Case("exact_rollout", PLAYED + UNTOUCHED, "2 ms", PLAIN, untouched=10**6),
+    Case("exact_rollout", 15, params={"horizon": 5}),
+    Case("exact_rollout", 15, params={"depth": 2, "horizon": 1}),
     Case("whittle", 5, "5 us"),
     Case("whittle", 500, "100 us"),
     Case("lagrangian", 15),

@@ -155,7 +155,8 @@ class ExactRollout:
         groups = len(situation.model)
         tree = len(self.bases) * 0.1 * 2.0 ** (self.horizon + 1)
         tried = min(groups, 20) * (2.0 * groups) ** (self.depth - 1)
-        return 10.0 + 0.4 * groups + tried * tree
+        each = 0.4 if self.table_discount is None else 1.6
+        return 10.0 + each * groups + tried * tree
 
 
 def _next_reward(models: ModelSet) -> Floats:

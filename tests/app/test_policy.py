@@ -13,10 +13,10 @@ from policies import NEVER, POLICIES, Bounds, Floats, ModelSet, Scorer, Situatio
 from tests.app.service import Service
 
 DEFAULT = {
-    "base": "myopic",
-    "horizon": 5,
+    "base": ["whittle", "lagrangian"],
+    "horizon": 3,
     "depth": 1,
-    "leaf": "none",
+    "leaf": "lagrangian",
     "discount": 0.95,
 }
 ROLLOUT = {
