@@ -97,13 +97,18 @@ async def _lifespan(app: FastAPI, settings: Settings) -> AsyncIterator[None]:
         )
     background = asyncio.create_task(_work(context))
     compiling = asyncio.create_task(_compile_others(context))
-    yield
-    compiling.cancel()
-    context.index_builder.stop()
-    await background
-    with suppress(asyncio.CancelledError):
-        await compiling
-    await database.close()
+    try:
+        yield
+    finally:
+        compiling.cancel()
+        context.index_builder.stop()
+        if not context.warm.is_set():
+            background.cancel()
+        with suppress(asyncio.CancelledError):
+            await background
+        with suppress(asyncio.CancelledError):
+            await compiling
+        await database.close()
 
 
 async def _work(context: Context) -> None:
@@ -117,8 +122,11 @@ async def _warm(context: Context) -> None:
     """Compile what decides now, so that no request waits for a compiler."""
     began = time.perf_counter()
     logger.info("compiling")
-    present = await context.database.run(warming.in_force)
-    await asyncio.to_thread(warming.warm_up, present)
+    try:
+        present = await context.database.run(warming.in_force)
+        await warming.compiled(present)
+    except Exception:  # requests compile what they need
+        logger.exception("compiling_failed")
     context.warm.set()
     logger.info("ready", seconds=round(time.perf_counter() - began, 1))
 
@@ -126,5 +134,8 @@ async def _warm(context: Context) -> None:
 async def _compile_others(context: Context) -> None:
     """Compile the policies that may be put in force."""
     await context.warm.wait()
-    for other in warming.variants():
-        await asyncio.to_thread(warming.warm_up, [other])
+    try:
+        for other in warming.variants():
+            await warming.compiled([other])
+    except Exception:  # requests compile what they need
+        logger.exception("compiling_failed")

@@ -15,8 +15,10 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 import numpy as np
 
 from policies import subsidy
+from policies.advantage import by_advantage
 from policies.arrays import Floats
 from policies.base import LOOKED_UP, Base, Bases, Imagined
+from policies.choice import Mixture
 from policies.compiled import compiled
 from policies.groups import Groups, distinct, groups_of
 from policies.index_table import MOST_DISCOUNT
@@ -39,6 +41,8 @@ from policies.tree import (
 
 LEAVES = {"none": NO_LEAF, "base": ITEM_LEAF, "lagrangian": SUM_LEAF}
 MOST_FUTURES = 4096  # of one play, however many signals there are
+FEW_FUTURES = 256  # of the plays that fill a slot up
+MOST_TRIED = 100_000  # first plays and their answers
 
 
 class Plan(NamedTuple):
@@ -69,7 +73,9 @@ class ExactRollout:
 
     The first plays may be chosen by full look-ahead instead of the base. A group that
     cannot win is scored by what it is worth at most. With M plays a slot, the items of
-    the slot are chosen one by one, and `horizon` still counts plays, not slots.
+    the slot are chosen one by one, and `horizon` still counts plays, not slots; but the
+    leaf "lagrangian" has a slot followed to its end. Where that would have too many
+    futures, items are scored by their Lagrangian advantage.
 
     Attributes:
         base: policies followed after the first plays; of several, the best one for
@@ -153,7 +159,10 @@ class ExactRollout:
     def cost(self, situation: Situation) -> float:
         """Estimate the microseconds of one call."""
         groups = len(situation.model)
-        tree = len(self.bases) * 0.1 * 2.0 ** (self.horizon + 1)
+        plays = self.horizon + 1
+        if self.leaf == "lagrangian":
+            plays = max(plays, min(situation.slate.plays, 9))
+        tree = len(self.bases) * 0.1 * 2.0**plays
         tried = min(groups, 20) * (2.0 * groups) ** (self.depth - 1)
         each = 0.4 if self.table_discount is None else 1.6
         return 10.0 + each * groups + tried * tree
@@ -169,10 +178,34 @@ def _next_reward(models: ModelSet) -> Floats:
 
 
 def _scored(
-    bases: Bases, plan: Plan, steps: Moves, situation: Situation, _seed: int
-) -> Floats:
+    bases: Bases, plan: Plan, steps: Moves, situation: Situation, seed: int
+) -> Floats | Mixture:
+    depth = _affordable(plan.depth, situation)
+    plan = plan._replace(depth=depth, levels=plan.levels - plan.depth + depth)
+    if plan.leaf == SUM_LEAF and _wide(plan, situation):
+        return by_advantage(bases.relaxation)(situation, seed)
     imagined = bases.imagined(situation)
     return _scores(plan, imagined, steps, groups_of(situation), now_of(situation))
+
+
+def _affordable(depth: int, situation: Situation) -> int:
+    """Return D, or less where too many first plays and answers would be tried."""
+    branches = len(situation.model) * int(situation.models.signals.max(initial=2))
+    while depth > 1 and branches**depth > MOST_TRIED:
+        depth -= 1
+    return depth
+
+
+def _wide(plan: Plan, situation: Situation) -> bool:
+    """Say whether a slot has too many plays to follow it to its end."""
+    chosen = len(situation.slate.model)
+    plays = min(situation.slate.plays, int(situation.count.sum()) + chosen)
+    if plays <= 1:
+        return False
+    more = -(chosen + plan.levels) % plays
+    signals = int(situation.models.signals.max(initial=2))
+    futures = signals ** (plan.levels + more - plan.depth)
+    return more > 0 and futures > FEW_FUTURES
 
 
 @compiled

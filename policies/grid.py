@@ -27,6 +27,7 @@ CORNER = np.dtype(
     ]
 )
 Corners: TypeAlias = NDArray[np.void]  # (S,) of CORNER
+MOST = int(np.iinfo(np.int64).max)
 
 
 def size(states: int, divisions: int) -> int:
@@ -38,11 +39,12 @@ def steps(states: int, divisions: int) -> Ints:
     """Return (S, M + 2): entry (q, x) is what a tail of x adds to a rank.
 
     Row q belongs to the tail that begins q states before the last one. The rows serve
-    any model of up to S states, the columns any grid of up to M divisions.
+    any model of up to S states, the columns any grid of up to M divisions. What no grid
+    that fits into memory needs may be too large for an integer; then it is the largest.
     """
     return np.array(
         [
-            [comb(tail + row, row + 1) for tail in range(divisions + 2)]
+            [min(comb(tail + row, row + 1), MOST) for tail in range(divisions + 2)]
             for row in range(states)
         ],
         dtype=np.int64,

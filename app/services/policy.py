@@ -14,6 +14,8 @@ from app.storage import audit, policies, revision
 from app.storage.store import Store
 
 DEFAULT = "exact_rollout"
+DISCOUNT = 0.95
+WITHOUT_TABLES = {"base": "myopic", "horizon": 5, "leaf": "none"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,10 +70,18 @@ def ensure_one(store: Store) -> None:
     """Put the default policy in force where none ever was; see to its tables."""
     known = revision.current(store)
     if known.policy == 0:
-        params = complete(DEFAULT, {})
-        _activate(store, known, DEFAULT, params, "the default", "encore")
+        params, note = _first(store, known)
+        _activate(store, known, DEFAULT, params, note, "encore")
     else:
         index_coverage.ensure(store, known, table_discount_in_force(store, known))
+
+
+def _first(store: Store, known: Revision) -> tuple[Mapping[str, object], str]:
+    """Parameters of the first policy, and why: no tables where a model is too large."""
+    tables = index_coverage.coverage(store, known, DISCOUNT)
+    if tables is not None and tables.too_large:
+        return complete(DEFAULT, WITHOUT_TABLES), "the default for models so large"
+    return complete(DEFAULT, {}), "the default"
 
 
 def swap(

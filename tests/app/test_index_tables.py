@@ -1,6 +1,7 @@
 """Index tables: rough at once, full soon after, and the same in every replay."""
 
 import asyncio
+import json
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 import pytest
 
+from app.settings import Settings
 from app.storage import index_tables
 from app.storage.database import Database
 from app.storage.index_packing import pack, unpack
@@ -191,6 +193,33 @@ def test_a_model_of_too_many_states_has_no_table(service: Service) -> None:
     put = service.client.put("/v1/models/large", json=large(22))
     assert (put.status_code, put.json()["code"]) == (409, "too_many_states")
     service.put_model("large", large(21))
+
+
+def test_a_service_that_begins_with_a_model_too_large_for_tables_needs_none(
+    settings: Settings,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    models = [{"id": "large", **large(22)}, {"id": "even", **SIMPLE}]
+    (tmp_path / "models.json").write_text(json.dumps(models))
+    url = settings.database_url.replace("+asyncpg", "")
+    encore = encore_in(monkeypatch, capsys)
+    said = encore("import", "models", tmp_path / "models.json", "--database-url", url)
+    assert said.status == 0, said.err
+
+    service = Service.start(settings)
+    try:
+        service.put_item("a", "even")
+        service.put_item("b", "large")
+        plays = [service.next("ann")["item"], service.next("ann", count=2)]
+        policy = present_policy(service.client)
+    finally:
+        service.stop()
+
+    assert plays[0] in {"a", "b"}
+    assert (policy["name"], policy["tables"]) == ("exact_rollout", None)
+    assert policy["params"]["base"] == "myopic"
 
 
 def test_tables_of_earlier_versions_are_kept_where_replays_need_them(

@@ -24,6 +24,7 @@ from policies import (
 )
 from policies.base import Base
 from policies.exact_rollout import ExactRollout
+from policies.lagrangian import Lagrangian
 from policies.relaxation import least, relaxed
 from tests.policies.instances import (
     NOT_INDEXABLE,
@@ -408,3 +409,27 @@ def test_more_plays_a_slot_than_items_are_all_of_them() -> None:
         policy = ExactRollout(horizon=6, leaf=leaf)  # type: ignore[arg-type]
         scores = score(policy, all_of_them, tables, prune=False)
         assert_allclose(score(policy, more, tables, prune=False), scores, atol=1e-6)
+
+
+def test_a_slot_of_very_many_plays_goes_by_the_lagrangian() -> None:
+    case = paper_situation(1)
+    many = replace(case, count=np.full(5, 10), slate=replace(case.slate, plays=20))
+    tables = rough_tables(case.models, 0.95)
+
+    scores = score(ExactRollout(), many, tables, prune=True)
+
+    lagrangian = Lagrangian().prepare(case.models, tables)(many, 0)
+    assert_array_equal(scores, lagrangian)
+
+
+def test_so_many_first_plays_are_not_tried_in_sequence() -> None:
+    rng = np.random.default_rng(4)
+    models = ModelSet.of([random_model(rng, 2) for _ in range(200)])
+    case = situation(models, range(200), models.prior, [1] * 200)
+
+    deep, plain = (
+        score(ExactRollout("myopic", 2, depth, "none"), case, prune=False)
+        for depth in (3, 1)
+    )
+
+    assert_array_equal(deep, plain)

@@ -5,9 +5,19 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from policies import NO_TABLES, ModelSet, Tables, build, build_all, grid
+from policies import (
+    NO_TABLES,
+    Mixture,
+    ModelSet,
+    Tables,
+    build,
+    build_all,
+    create,
+    grid,
+    ready,
+)
 from policies.index_table import MOST_DIVISIONS, divisions_of
-from tests.policies.instances import random_models
+from tests.policies.instances import random_models, situation
 
 MODELS = ModelSet.of(random_models(7, [2, 3, 4]))
 
@@ -71,3 +81,13 @@ def test_tables_of_another_discount_are_refused() -> None:
 
 def test_where_no_discount_is_needed_there_are_no_tables() -> None:
     assert build_all(MODELS, None) is NO_TABLES
+
+
+def test_models_of_two_and_of_many_states_share_a_catalogue() -> None:
+    models = ModelSet.of(random_models(1, [2, 21, 12]))
+    case = situation(models, range(3), models.prior, [1, 1, 1])
+
+    for name in ("whittle", "lagrangian", "exact_rollout"):
+        scores = ready(create(name, {}), models)(case, 0)
+        assert not isinstance(scores, Mixture)
+        assert np.isfinite(scores).all()
