@@ -17,7 +17,15 @@ from app.storage.store import Store
 
 NOTE = "trial"
 LATEST = 2**31 - 1
-POLICIES = ("random", "round_robin", "myopic", "best_fixed", "rollout")
+POLICIES = (
+    "random",
+    "round_robin",
+    "myopic",
+    "best_fixed",
+    "rollout",
+    "whittle",
+    "exact_rollout",
+)
 NORMAL_95 = 1.96
 
 
