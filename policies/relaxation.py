@@ -147,7 +147,8 @@ def least_of(relaxation: Relaxation, situation: Situation) -> Priced:
         model = np.concatenate((model, slate.model))
         belief = np.concatenate((belief, slate.belief))
         count = np.concatenate((count, np.ones(len(slate.model), np.int64)))
-    priced: Priced = least(relaxation, model, belief, count, slate.plays)
+    plays = min(slate.plays, int(count.sum()))
+    priced: Priced = least(relaxation, model, belief, count, plays)
     return priced
 
 
