@@ -122,11 +122,7 @@ async def _warm(context: Context) -> None:
     """Compile what decides now, so that no request waits for a compiler."""
     began = time.perf_counter()
     logger.info("compiling")
-    try:
-        present = await context.database.run(warming.in_force)
-        await warming.compiled(present)
-    except Exception:  # requests compile what they need
-        logger.exception("compiling_failed")
+    await _compiled(context, in_force=True)
     context.warm.set()
     logger.info("ready", seconds=round(time.perf_counter() - began, 1))
 
@@ -134,8 +130,15 @@ async def _warm(context: Context) -> None:
 async def _compile_others(context: Context) -> None:
     """Compile the policies that may be put in force."""
     await context.warm.wait()
+    await _compiled(context, in_force=False)
+
+
+async def _compiled(context: Context, *, in_force: bool) -> None:
     try:
-        for other in warming.variants():
-            await warming.compiled([other])
+        if in_force:
+            await warming.compiled(await context.database.run(warming.in_force))
+        else:
+            for other in warming.variants():
+                await warming.compiled([other])
     except Exception:  # requests compile what they need
         logger.exception("compiling_failed")

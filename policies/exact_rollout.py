@@ -53,6 +53,7 @@ class Plan(NamedTuple):
         leaf: see `Tree`.
         depth: D.
         levels: plays on a path, the candidate's included.
+        signals: of the model that has the most.
         discount: beta.
         prune: whether to leave out what cannot win.
         ceiling: how to know.
@@ -62,6 +63,7 @@ class Plan(NamedTuple):
     leaf: int
     depth: int
     levels: int
+    signals: int
     discount: float
     prune: bool
     ceiling: Ceiling
@@ -143,13 +145,14 @@ class ExactRollout:
         bounded = self.leaf == "lagrangian"
         bases = Bases.of(self.bases, models, tables, self.discount, bounded=bounded)
         signals = int(models.signals.max(initial=2))
-        most = int(np.log(MOST_FUTURES) / np.log(max(signals, 2)))
+        most = int(np.log(MOST_FUTURES) / np.log(signals))
         ever = subsidy.worth(models, self.discount).max(axis=1, initial=0.0)
         plan = Plan(
             bases.by_rest,
             LEAVES[self.leaf],
             self.depth,
             self.depth + min(self.horizon, most),
+            signals,
             float(self.discount),
             prune,
             Ceiling(_next_reward(models), ever),
@@ -161,7 +164,7 @@ class ExactRollout:
         groups = len(situation.model)
         plays = self.horizon + 1
         if self.leaf == "lagrangian":
-            plays = max(plays, min(situation.slate.plays, 9))
+            plays = max(plays, min(situation.slate.plays, FEW_FUTURES.bit_length()))
         tree = len(self.bases) * 0.1 * 2.0**plays
         tried = min(groups, 20) * (2.0 * groups) ** (self.depth - 1)
         each = 0.4 if self.table_discount is None else 1.6
@@ -180,32 +183,34 @@ def _next_reward(models: ModelSet) -> Floats:
 def _scored(
     bases: Bases, plan: Plan, steps: Moves, situation: Situation, seed: int
 ) -> Floats | Mixture:
-    depth = _affordable(plan.depth, situation)
-    plan = plan._replace(depth=depth, levels=plan.levels - plan.depth + depth)
-    if plan.leaf == SUM_LEAF and _wide(plan, situation):
-        return by_advantage(bases.relaxation)(situation, seed)
+    depth = _affordable(plan, situation)
+    levels = plan.levels - plan.depth + depth
+    if plan.leaf == SUM_LEAF:  # all items have to stand in one slot
+        more = _until_the_slot_ends(levels, situation)
+        if more > 0 and plan.signals ** (levels + more - depth) > FEW_FUTURES:
+            return by_advantage(bases.relaxation)(situation, seed)
+        levels += more
+    plan = plan._replace(depth=depth, levels=levels)
     imagined = bases.imagined(situation)
     return _scores(plan, imagined, steps, groups_of(situation), now_of(situation))
 
 
-def _affordable(depth: int, situation: Situation) -> int:
+def _affordable(plan: Plan, situation: Situation) -> int:
     """Return D, or less where too many first plays and answers would be tried."""
-    branches = len(situation.model) * int(situation.models.signals.max(initial=2))
+    depth, branches = plan.depth, len(situation.model) * plan.signals
     while depth > 1 and branches**depth > MOST_TRIED:
         depth -= 1
     return depth
 
 
-def _wide(plan: Plan, situation: Situation) -> bool:
-    """Say whether a slot has too many plays to follow it to its end."""
-    chosen = len(situation.slate.model)
-    plays = min(situation.slate.plays, int(situation.count.sum()) + chosen)
-    if plays <= 1:
-        return False
-    more = -(chosen + plan.levels) % plays
-    signals = int(situation.models.signals.max(initial=2))
-    futures = signals ** (plan.levels + more - plan.depth)
-    return more > 0 and futures > FEW_FUTURES
+def _until_the_slot_ends(levels: int, situation: Situation) -> int:
+    """Return the plays that are missing in a slot after a path of so many."""
+    slate = situation.slate
+    if slate.plays == 1:
+        return 0
+    chosen = len(slate.model)
+    plays = min(slate.plays, int(situation.count.sum()) + chosen)
+    return -(chosen + levels) % max(plays, 1)
 
 
 @compiled
@@ -216,19 +221,15 @@ def _scores(
     if len(scores) == 0:
         return scores
     alike, row = distinct(groups, plan.by_rest)
-    chosen = len(now.model)
-    items = alike.size.sum() + chosen
+    items = alike.size.sum() + len(now.model)
     plays = min(now.plays, items)
-    levels = plan.levels
-    if plan.leaf == SUM_LEAF:  # all items have to stand in one slot
-        levels += -(chosen + levels) % plays
     tree = planted(
         steps,
         alike,
         imagined.scores,
         plan.leaf,
         Now(plays, now.model, now.belief),
-        levels,
+        plan.levels,
         plan.discount,
     )
     if plan.leaf == SUM_LEAF:

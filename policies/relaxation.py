@@ -147,8 +147,7 @@ def least_of(relaxation: Relaxation, situation: Situation) -> Priced:
         model = np.concatenate((model, slate.model))
         belief = np.concatenate((belief, slate.belief))
         count = np.concatenate((count, np.ones(len(slate.model), np.int64)))
-    plays = min(slate.plays, int(count.sum()))
-    priced: Priced = least(relaxation, model, belief, count, plays)
+    priced: Priced = least(relaxation, model, belief, count, slate.plays)
     return priced
 
 
@@ -163,8 +162,9 @@ def least(
         model: (G,) row of each group's model.
         belief: (G, S).
         count: (G,) items.
-        plays: items played in a slot, M.
+        plays: items played in a slot, M; of more than there are, all are played.
     """
+    plays = min(plays, count.sum())
     low, high = np.inf, -np.inf
     for g in range(len(model)):
         low = min(low, relaxation.low[model[g]])

@@ -1,9 +1,8 @@
 """Policies that are ready to be tried against each other."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from types import MappingProxyType
 
 from policies import (
     NO_TABLES,
@@ -16,7 +15,6 @@ from policies import (
 )
 
 Progress = Callable[[float], object]
-NOTHING: Mapping[float, Tables] = MappingProxyType({})
 AT_ONCE = tuple(
     POLICIES[name]
     for name in ("random", "round_robin", "myopic", "best_fixed", "whittle")
@@ -40,7 +38,6 @@ class Contender:
 def contenders(
     policies: Sequence[Policy],
     models: ModelSet,
-    tables: Mapping[float, Tables] = NOTHING,
     progress: Progress = lambda _share: None,
 ) -> Sequence[Contender]:
     """Make policies ready; index tables are built once for all that share a discount.
@@ -48,26 +45,19 @@ def contenders(
     Args:
         policies: with any parameters.
         models: M models.
-        tables: of `models.separated()` by discount, where they are known.
         progress: told the share of the tables that is built, from 0 to 1.
     """
-    wanted = dict.fromkeys(_discounts(policies))
-    missing = [discount for discount in wanted if discount not in tables]
-    known = dict(tables)
-    for done, discount in enumerate(missing):
-        advance = partial(_advance, progress, done, len(missing))
-        known[discount] = build_all(models.separated(), discount, progress=advance)
-    return [_contender(policy, models, known) for policy in policies]
+    needed = (policy.table_discount for policy in policies)
+    discounts = {discount for discount in needed if discount is not None}
+    tables: dict[float, Tables] = {}
+    for done, discount in enumerate(discounts):
+        advance = partial(_advance, progress, done, len(discounts))
+        tables[discount] = build_all(models.separated(), discount, progress=advance)
+    return [_contender(policy, models, tables) for policy in policies]
 
 
 def _advance(progress: Progress, done: int, total: int, share: float) -> None:
     progress((done + share) / total)
-
-
-def _discounts(policies: Sequence[Policy]) -> Iterator[float]:
-    for policy in policies:
-        if policy.table_discount is not None:
-            yield policy.table_discount
 
 
 def _contender(

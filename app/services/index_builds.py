@@ -12,7 +12,7 @@ from app.domain import ItemModel, Precision, Revision
 from app.errors import NotReady
 from app.services import index_coverage, index_tables
 from app.services.index_tables import Built
-from app.services.policy import table_discount_in_force
+from app.services.policy import DISCOUNT, table_discount_in_force
 from app.services.policy_catalogue import made
 from app.storage import index_builds, models, policies, revision
 from app.storage import index_tables as stored
@@ -20,7 +20,6 @@ from app.storage.index_builds import Claim, Target
 from app.storage.index_tables import TableKey
 from app.storage.store import Store
 
-DISCOUNT = 0.95  # where the policy in force needs no tables: for the next one
 LEASE = timedelta(seconds=30)
 
 
@@ -47,7 +46,7 @@ class Look:
 
 
 def discount_in_use(store: Store, known: Revision) -> float:
-    """The discount at which full tables are wanted."""
+    """The discount at which full tables are wanted; the default's if none is needed."""
     discount = table_discount_in_force(store, known)
     return DISCOUNT if discount is None else discount
 

@@ -9,6 +9,9 @@ from app.storage import revision
 from app.storage.index_builds import Target
 from app.storage.index_tables import TableRecord
 from app.storage.store import Store
+from policies import MOST_DISCOUNT
+
+__all__ = ["MOST_DISCOUNT", "Report", "State", "report"]
 
 
 class State(StrEnum):

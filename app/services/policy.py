@@ -14,8 +14,8 @@ from app.storage import audit, policies, revision
 from app.storage.store import Store
 
 DEFAULT = "exact_rollout"
-DISCOUNT = 0.95
-WITHOUT_TABLES = {"base": "myopic", "horizon": 5, "leaf": "none"}
+DISCOUNT = 0.95  # of the default
+WITHOUT_TABLES: Mapping[str, object] = {"base": "myopic", "horizon": 5, "leaf": "none"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +80,10 @@ def _first(store: Store, known: Revision) -> tuple[Mapping[str, object], str]:
     """Parameters of the first policy, and why: no tables where a model is too large."""
     tables = index_coverage.coverage(store, known, DISCOUNT)
     if tables is not None and tables.too_large:
-        return complete(DEFAULT, WITHOUT_TABLES), "the default for models so large"
-    return complete(DEFAULT, {}), "the default"
+        return complete(
+            DEFAULT, {**WITHOUT_TABLES, "discount": DISCOUNT}
+        ), "the default for models so large"
+    return complete(DEFAULT, {"discount": DISCOUNT}), "the default"
 
 
 def swap(

@@ -3,7 +3,7 @@
 import asyncio
 import threading
 from collections.abc import Sequence
-from contextlib import suppress
+from concurrent.futures import Future
 
 from app.errors import NotReady
 from app.services.live import find_policy
@@ -25,25 +25,16 @@ def in_force(store: Store) -> list[Policy]:
 
 async def compiled(policies: Sequence[Policy]) -> None:
     """Wait for the compiler, in a thread that the end of the service does not await."""
-    loop = asyncio.get_running_loop()
-    done: asyncio.Future[None] = loop.create_future()
-
-    def settle(error: Exception | None) -> None:
-        if done.cancelled():
-            return
-        if error is None:
-            done.set_result(None)
-        else:
-            done.set_exception(error)
+    done: Future[None] = Future()
 
     def work() -> None:
-        failed: Exception | None = None
         try:
             warm_up(policies)
         except Exception as error:  # noqa: BLE001 - it is raised where it is awaited
-            failed = error
-        with suppress(RuntimeError):  # the loop has ended
-            loop.call_soon_threadsafe(settle, failed)
+            done.set_exception(error)
+        else:
+            done.set_result(None)
 
+    done.set_running_or_notify_cancel()
     threading.Thread(target=work, name="compiler", daemon=True).start()
-    await done
+    await asyncio.wrap_future(done)

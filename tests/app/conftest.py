@@ -10,6 +10,7 @@ import pytest
 from app.settings import Settings
 from app.storage import migrate
 from policies import warm_up
+from tests.app.commands import Encore, encore_in
 from tests.app.postgres import Server
 from tests.app.service import ADMIN, Service
 from tests.catalogues import load, paper_example
@@ -93,3 +94,11 @@ def example(service: Service) -> Service:
     load(service.client, paper_example(2))
     service.set_policy("myopic")
     return service
+
+
+@pytest.fixture
+def encore(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Encore:
+    """The command line, within this process."""
+    return encore_in(monkeypatch, capsys)

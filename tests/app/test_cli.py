@@ -14,7 +14,7 @@ import pytest
 from app import __version__
 from app.cli import COMMANDS
 from app.storage import migrate
-from tests.app.commands import ROOT, Encore, encore_in, start
+from tests.app.commands import ROOT, Encore, start
 from tests.app.service import Service, client_of
 
 MODEL = {
@@ -33,13 +33,6 @@ PLAY = {
     "signal": "like",
     "at": "2026-03-01T20:15:00+00:00",
 }
-
-
-@pytest.fixture
-def encore(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Encore:
-    return encore_in(monkeypatch, capsys)
 
 
 def test_help_names_every_command_and_waits_for_no_compiler() -> None:

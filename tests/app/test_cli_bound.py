@@ -9,19 +9,12 @@ from typing import Any
 
 import pytest
 
-from tests.app.commands import Encore, Said, encore_in, start
+from tests.app.commands import Encore, Said, start
 from tests.app.service import Service
 from tests.catalogues import SIMPLE, paper_example
 
 QUICK = ("--runs", 40, "--slots", 30)
 OPTIMUM = 8.986321013  # of example 2
-
-
-@pytest.fixture
-def encore(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Encore:
-    return encore_in(monkeypatch, capsys)
 
 
 @pytest.fixture

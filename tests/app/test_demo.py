@@ -23,18 +23,11 @@ from app.demo.client import Client
 from app.demo.listeners import Listener, Nature
 from app.demo.trial import Lived, Trial
 from app.services.policy import current, swap
-from tests.app.commands import Encore, encore_in, start
+from tests.app.commands import Encore, start
 from tests.app.service import ADMIN, Service
 from tests.catalogues import paper_example
 
 T = TypeVar("T")
-
-
-@pytest.fixture
-def encore(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Encore:
-    return encore_in(monkeypatch, capsys)
 
 
 @pytest.fixture
@@ -78,7 +71,8 @@ def test_a_demo_started_again_goes_on_with_new_keys(tmp_path: Path) -> None:
 
     assert first["policies"] == []
     assert again["admin_key"] != first["admin_key"]
-    assert [policy["plays"] for policy in again["policies"]] == [6] * 5
+    plays = {policy["policy"]: policy["plays"] for policy in again["policies"]}
+    assert plays == dict.fromkeys(trial.POLICIES, 6)
     assert (
         again["curl"][1].split("/plays/")[1][:36]
         == (first["curl"][1].split("/plays/")[1][:36])

@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, TypeVar
@@ -16,7 +16,7 @@ from app.storage.database import Database
 from app.storage.index_packing import pack, unpack
 from app.storage.packing import UnknownFormat
 from app.storage.store import Store
-from tests.app.commands import encore_in
+from tests.app.commands import Encore
 from tests.app.indexes import building, present_policy, report, until
 from tests.app.service import Service
 from tests.app.test_replays import taken_again
@@ -106,8 +106,7 @@ def test_a_table_policy_works_at_once_gets_better_and_is_replayed(
 def test_a_model_put_under_a_table_policy_can_be_played_at_once(
     service: Service,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    encore: Encore,
 ) -> None:
     service.set_policy("whittle", discount=0.9)
 
@@ -117,7 +116,6 @@ def test_a_model_put_under_a_table_policy_can_be_played_at_once(
     service.put_model("even", SIMPLE | {"like": [0.4, 0.8]})
     second = service.next("ben", explain=True)
     (tmp_path / "models.json").write_text(str([{"id": "odd", **ODD}]).replace("'", '"'))
-    encore = encore_in(monkeypatch, capsys)
     url = service.settings.database_url.replace("+asyncpg", "")
     said = encore("import", "models", tmp_path / "models.json", "--database-url", url)
     assert said.status == 0, said.err
@@ -195,29 +193,31 @@ def test_a_model_of_too_many_states_has_no_table(service: Service) -> None:
     service.put_model("large", large(21))
 
 
-def test_a_service_that_begins_with_a_model_too_large_for_tables_needs_none(
-    settings: Settings,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+@pytest.fixture
+def begun_large(
+    settings: Settings, tmp_path: Path, encore: Encore
+) -> Iterator[Service]:
+    """A service that began with a model too large for tables."""
     models = [{"id": "large", **large(22)}, {"id": "even", **SIMPLE}]
     (tmp_path / "models.json").write_text(json.dumps(models))
     url = settings.database_url.replace("+asyncpg", "")
-    encore = encore_in(monkeypatch, capsys)
     said = encore("import", "models", tmp_path / "models.json", "--database-url", url)
     assert said.status == 0, said.err
+    running = Service.start(settings)
+    yield running
+    running.stop()
 
-    service = Service.start(settings)
-    try:
-        service.put_item("a", "even")
-        service.put_item("b", "large")
-        plays = [service.next("ann")["item"], service.next("ann", count=2)]
-        policy = present_policy(service.client)
-    finally:
-        service.stop()
 
-    assert plays[0] in {"a", "b"}
+def test_a_service_that_begins_with_a_model_too_large_for_tables_needs_none(
+    begun_large: Service,
+) -> None:
+    begun_large.put_item("a", "even")
+    begun_large.put_item("b", "large")
+
+    slate = begun_large.next("ann", count=2)["plays"]
+
+    assert {play["item"] for play in slate} == {"a", "b"}
+    policy = present_policy(begun_large.client)
     assert (policy["name"], policy["tables"]) == ("exact_rollout", None)
     assert policy["params"]["base"] == "myopic"
 
@@ -227,14 +227,25 @@ def test_tables_of_earlier_versions_are_kept_where_replays_need_them(
 ) -> None:
     service.set_policy("whittle")
     service.put_model("even", SIMPLE)
+
+    assert versions_kept_of(service, "even") == {1, 2}
+
+
+def test_tables_of_earlier_versions_that_no_policy_used_are_dropped(
+    begun_large: Service,
+) -> None:
+    begun_large.client.delete("/v1/models/large").raise_for_status()
+
+    assert versions_kept_of(begun_large, "even") == {2}
+
+
+def versions_kept_of(service: Service, model: str) -> set[int]:
+    """Build the table of a model's first version and of its second; tell what stays."""
     with building(service.settings) as builder:
-        until(builder.client, "even", "ready")
-        builder.put_model("even", SIMPLE | {"like": [0.3, 0.8]})
-        assert until(builder.client, "even", "ready")["version"] == 2
-
-    kept = in_database(service, index_tables.keys)
-
-    assert {key.version for key in kept} == {1, 2}
+        until(builder.client, model, "ready")
+        builder.put_model(model, SIMPLE | {"like": [0.3, 0.8]})
+        assert until(builder.client, model, "ready")["version"] == 2
+    return {key.version for key in in_database(service, index_tables.keys)}
 
 
 def test_numbers_are_packed_to_the_bit() -> None:

@@ -8,13 +8,13 @@ from pydantic import Field
 
 from app.api.schemas.fields import Form
 from app.domain import Precision
-from app.services.index_reports import Report, State
+from app.services.index_reports import MOST_DISCOUNT, Report, State
 
 Discount = Annotated[
     float | None,
     Query(
         ge=0,
-        le=0.999,
+        le=MOST_DISCOUNT,
         allow_inf_nan=False,
         description="left out: that of the policy in force, else 0.95",
     ),
