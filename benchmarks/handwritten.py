@@ -7,13 +7,11 @@ SQLAlchemy, no catalogue that changes, no filters, no swaps, no versions of mode
 
 import asyncio
 import hashlib
-import json
 import secrets
 import sqlite3
 import sys
 import threading
 import time
-from pathlib import Path
 from queue import SimpleQueue
 from typing import Annotated, Any
 
@@ -30,7 +28,6 @@ from app.api.middleware import BodyLimit, Observed, PathsAsSent
 from policies import (
     LIKE,
     SKIP,
-    Model,
     ModelSet,
     Situation,
     answered,
@@ -42,6 +39,7 @@ from policies import (
     untouched,
     warm_up,
 )
+from simulation import example
 
 SCHEMA = """
 PRAGMA journal_mode=WAL;
@@ -130,21 +128,8 @@ class Writer:
 
 def build(path: str, key: str) -> FastAPI:
     sqlite3.connect(path).executescript(SCHEMA)
-    example = Path(__file__).parent.parent / "tests/policies/data/example2.json"
-    paper: dict[str, Any] = json.loads(example.read_text())
-    names = [item["id"] for item in paper["items"]]
-    models = ModelSet.of(
-        [
-            Model(
-                paper["states"],
-                item["play"],
-                item["rest"],
-                item["like"],
-                item["initial_belief"],
-            )
-            for item in paper["items"]
-        ]
-    )
+    paper = example(2)
+    names, models = paper.ids, ModelSet.of(paper.models)
     scorer = ready(create("myopic", {}), models)
     reader = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
     writer = Writer(path)

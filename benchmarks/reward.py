@@ -7,42 +7,38 @@ by its expected reward; what comes after the last slot is left out.
 """
 
 import argparse
-import json
 import statistics
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from math import hypot
-from pathlib import Path
 
 import numpy as np
 
 from benchmarks.machine import describe
 from policies import (
-    NEVER,
     Floats,
-    Model,
-    ModelSet,
     Situation,
     bound,
     create,
-    untouched,
 )
 from simulation import (
     Contender,
     Course,
     contenders,
+    drawn,
+    example,
+    opening,
     remainder,
     standard_error,
     value,
 )
+from simulation.examples import DISCOUNT, ITEMS
 
-DATA = Path(__file__).parent.parent / "tests" / "policies" / "data"
-DISCOUNT, SEED = 0.95, 1
+SEED = 1
 DEPTHS = {1: 6, 2: 2, 3: 2}  # of the bound
 MANY, FEWER, FEW = 10, 5, 40  # times as many runs where scoring is fast; as few if not
-STATES, ITEMS = ("low", "medium", "high", "very high"), 15
 SLOTS, SHORT = 240, 120  # of the paper's examples and of random instances
 PAIRS = [(0, 2), (0, 3), (1, 2), (1, 3)]  # of players of random instances
 NOTABLE = 2.0  # standard errors
@@ -103,58 +99,16 @@ class Estimate:
         return f"{self.mean:.4f} ± {1.96 * self.error:.4f}"
 
 
-def paper(example: int) -> list[Model]:
-    text = json.loads((DATA / f"example{example}.json").read_text())
-    return [
-        Model(
-            text["states"],
-            item["play"],
-            item["rest"],
-            item["like"],
-            item["initial_belief"],
-        )
-        for item in text["items"]
-    ]
-
-
-def drawn(seed: int) -> list[Model]:
-    """Draw models whose rows are uniform over all distributions."""
-    rng = np.random.default_rng(seed)
-    rows = np.ones(len(STATES))
-    return [
-        Model(
-            STATES,
-            rng.dirichlet(rows, len(STATES)),
-            rng.dirichlet(rows, len(STATES)),
-            np.sort(rng.random(len(STATES))),
-            rng.dirichlet(rows),
-        )
-        for _ in range(ITEMS)
-    ]
-
-
-def start_of(models: Sequence[Model]) -> Situation:
-    """One item of each model, none of which was ever played."""
-    stacked, items = ModelSet.of(models), len(models)
-    return Situation(
-        stacked,
-        np.arange(items),
-        untouched(stacked, 0),
-        np.ones(items, dtype=np.int64),
-        np.full(items, NEVER),
-    )
-
-
 def ready(named: Sequence[Named], start: Situation) -> Sequence[Contender]:
     policies = [create(name, params) for _, name, params in named]
     return contenders(policies, start.models)
 
 
-def show_example(example: int, runs: int) -> None:
-    start, slots = start_of(paper(example)), SLOTS
-    certified = bound(start, DISCOUNT, DEPTHS[example]).value
+def show_example(number: int, runs: int) -> None:
+    start, slots = example(number).start, SLOTS
+    certified = bound(start, DISCOUNT, DEPTHS[number]).value
     left = remainder(start, Course(runs, slots, DISCOUNT, SEED))
-    print(f"\nexample {example}: no policy earns more than {certified:.6f}")
+    print(f"\nexample {number}: no policy earns more than {certified:.6f}")
     print(f"{MANY * runs} runs of the first {len(FAST)}; {runs // FEWER}, of the last")
     print(f"{len(SLOWEST)} {runs // FEW}, of others, by their difference to `whittle`;")
     print(f"{slots} slots, after which at most {left:.4f} is earned; seed {SEED}\n")
@@ -228,7 +182,7 @@ class Compared:
 
 
 def compared(number: int, runs: int) -> Compared:
-    start = start_of(drawn(number))
+    start = opening(drawn(number))
     players, rewards = ready(PLAYERS, start), np.empty((len(PLAYERS), 0))
     above: list[Estimate] = []
     for turn in range(ROUNDS):
@@ -253,8 +207,8 @@ def main() -> None:
     parser.add_argument("--instance-runs", type=int, default=200)
     options = parser.parse_args()
     print(describe())
-    for example in options.examples:
-        show_example(example, options.runs)
+    for number in options.examples:
+        show_example(number, options.runs)
     if options.instances:
         show_instances(options.instances, options.instance_runs)
 

@@ -6,13 +6,21 @@ Knows policies and beliefs, and nothing of a service.
 from simulation.contender import Contender, contenders
 from simulation.course import Course, slots_of
 from simulation.effort import seconds
+from simulation.examples import Example, drawn, example
+from simulation.listeners import Listeners
+from simulation.opening import opening
 from simulation.value import Value, remainder, standard_error, value
 
 __all__ = [
     "Contender",
     "Course",
+    "Example",
+    "Listeners",
     "Value",
     "contenders",
+    "drawn",
+    "example",
+    "opening",
     "remainder",
     "seconds",
     "slots_of",

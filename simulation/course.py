@@ -27,12 +27,14 @@ class Course:
         discount: beta.
         seed: of all random numbers; those of one run and slot are the same for all
             policies.
+        first: number of the first run: a course can go on where another has ended.
     """
 
     runs: int
     slots: int
     discount: float
     seed: int
+    first: int = 0
 
     def __post_init__(self) -> None:
         """Check.
@@ -42,6 +44,10 @@ class Course:
         """
         if not 2 <= self.runs < MOST:  # noqa: PLR2004 - one has no spread
             raise ValueError(f"runs: must be from 2 to below 2**31, not {self.runs}")
+        if not 0 <= self.first <= MOST - self.runs:
+            raise ValueError(
+                f"first: must be from 0 to 2**31 less the runs, not {self.first}"
+            )
         if not 1 <= self.slots < MOST:
             raise ValueError(f"slots: must be from 1 to below 2**31, not {self.slots}")
         if not 0 <= self.discount < 1:

@@ -6,14 +6,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from policies import Floats, Mixture, Situation, as_floats, choose
+from policies import Floats, Mixture, ModelSet, Situation, as_floats, choose
 from simulation.contender import Contender
 from simulation.course import Course
+from simulation.listeners import Listeners, Truth
 from simulation.runs import (
     Earned,
     Runs,
     begin,
     decision_seed,
+    nothing,
     play_slot,
     situation_of,
 )
@@ -22,39 +24,51 @@ CERTAIN = np.ones(1)
 
 
 def played(
-    contender: Contender, start: Situation, course: Course, first: int, size: int
+    contender: Contender,
+    start: Situation,
+    listeners: Listeners,
+    course: Course,
+    first: int,
+    size: int,
 ) -> Earned:
     """Play runs from number `first` on, in step; one alone unless `at_once`."""
-    runs = begin(start, first, size, course.slots)
-    earned = Earned(np.zeros(size), np.zeros(len(start.model), dtype=np.int64))
+    truth = listeners.truth(start)
+    runs = begin(start, listeners, first, size, course.slots)
+    earned = nothing(start, size, course.slots)
     for slot in range(course.slots):
         seed = decision_seed(course.seed, first, slot)
         scored = contender.scorer(situation_of(start.models, runs), seed)
-        _pass(start, runs, scored, course, slot, earned)
+        _pass(start.models, truth, runs, scored, course, slot, earned)
     return earned
 
 
-def decision_time(contender: Contender, start: Situation, course: Course) -> float:
+def decision_time(
+    contender: Contender, start: Situation, listeners: Listeners, course: Course
+) -> float:
     """Return the median microseconds of the decisions of one run, each for itself."""
-    took = list(_times(contender, start, course))
+    took = list(_times(contender, start, listeners, course))
     return statistics.median(took) * 1e6
 
 
-def _times(contender: Contender, start: Situation, course: Course) -> Iterator[float]:
-    runs = begin(start, 0, 1, course.slots)
-    earned = Earned(np.zeros(1), np.zeros(len(start.model), dtype=np.int64))
+def _times(
+    contender: Contender, start: Situation, listeners: Listeners, course: Course
+) -> Iterator[float]:
+    truth = listeners.truth(start)
+    runs = begin(start, listeners, course.first, 1, course.slots)
+    earned = nothing(start, 1, course.slots)
     for slot in range(course.slots):
-        seed = decision_seed(course.seed, 0, slot)
+        seed = decision_seed(course.seed, course.first, slot)
         began = time.perf_counter()
         situation = situation_of(start.models, runs)
         scored = contender.scorer(situation, seed)
         choose(scored, situation.count, seed)
         yield time.perf_counter() - began
-        _pass(start, runs, scored, course, slot, earned)
+        _pass(start.models, truth, runs, scored, course, slot, earned)
 
 
 def _pass(
-    start: Situation,
+    models: ModelSet,
+    truth: Truth,
     runs: Runs,
     scored: Floats | Mixture,
     course: Course,
@@ -64,7 +78,8 @@ def _pass(
     weight, scores = scored if isinstance(scored, Mixture) else (CERTAIN, scored[None])
     worth = course.discount**slot
     play_slot(
-        start.models,
+        models,
+        truth,
         runs,
         as_floats(weight),
         as_floats(scores),

@@ -1,4 +1,4 @@
-"""Runs that go on in step: what is believed in each, and how a slot moves it on.
+"""Runs that go on in step: what is so and is believed, and how a slot moves it on.
 
 A run follows one listener from the start. The items of a group are one row, until one
 of them is played: it leaves for a row of its own.
@@ -13,9 +13,11 @@ from policies.bayes import learn, like_chance, move
 from policies.choice import pick
 from policies.compiled import compiled, inner
 from policies.randomness import uniform
+from simulation.listeners import Listeners, Truth
 
 SIGNALS = 0
 DECISIONS = 1
+STATES = 2
 
 
 class Runs(NamedTuple):
@@ -26,7 +28,9 @@ class Runs(NamedTuple):
     Attributes:
         first: number of the first run.
         model: (W R,) row of the model in the model set.
-        belief: (W R, S).
+        belief: (W R, S) of the policy.
+        truth: (W R, S) of one who knows the start and the models; where both are the
+            same, the same array.
         items: (W R,) of the row; 0 where it is not in use yet.
         rested: (W R,) slots since the last play, NEVER if never played.
         origin: (W R,) group of the start.
@@ -36,6 +40,7 @@ class Runs(NamedTuple):
     first: int
     model: Ints
     belief: Floats
+    truth: Floats
     items: Ints
     rested: Ints
     origin: Ints
@@ -46,12 +51,22 @@ class Earned(NamedTuple):
     """What R runs have earned.
 
     Attributes:
-        reward: (R,) discounted, expected at each play from what was believed.
+        reward: (R,) discounted.
         plays: (G,) of each group of the start.
+        total: (T,) sum over runs of what each has earned by the end of a slot.
+        squares: (T,) sum of the squares.
     """
 
     reward: Floats
     plays: Ints
+    total: Floats
+    squares: Floats
+
+
+def nothing(start: Situation, size: int, slots: int) -> Earned:
+    """Return what so many runs have earned before they begin."""
+    plays = np.zeros(len(start.model), dtype=np.int64)
+    return Earned(np.zeros(size), plays, np.zeros(slots), np.zeros(slots))
 
 
 def rows_of(start: Situation, slots: int) -> int:
@@ -60,15 +75,20 @@ def rows_of(start: Situation, slots: int) -> int:
     return len(start.model) + min(leaving, slots)
 
 
-def begin(start: Situation, first: int, size: int, slots: int) -> Runs:
+def begin(
+    start: Situation, listeners: Listeners, first: int, size: int, slots: int
+) -> Runs:
     """Return `size` runs at the start, with room for as many slots."""
     groups, rows = len(start.model), rows_of(start, slots)
     origin = np.repeat(np.arange(rows) % groups, size)
     items = np.where(np.arange(rows * size) < groups * size, start.count[origin], 0)
+    belief = start.belief[origin]
+    apart = listeners.truth(start).apart
     return Runs(
         first,
         start.model[origin],
-        start.belief[origin],
+        belief,
+        listeners.belief[origin] if apart else belief,
         items,
         start.rested[origin],
         origin,
@@ -97,6 +117,7 @@ def decision_seed(seed: int, run: int, slot: int) -> int:
 @compiled
 def play_slot(
     models: ModelSet,
+    truth: Truth,
     runs: Runs,
     weight: Floats,
     scores: Floats,
@@ -108,7 +129,8 @@ def play_slot(
     """Play the item of the highest score in each run, and let the slot pass.
 
     Args:
-        models: M models of S states.
+        models: M models of S states, in which the policy believes.
+        truth: of the listeners.
         runs: moved on in place.
         weight: (K,) of a mixture's rows.
         scores: (K, V R) of the V R first rows.
@@ -120,7 +142,7 @@ def play_slot(
     size = len(runs.used)
     shown = scores.shape[1] // size
     offered, count = np.empty((len(weight), shown)), np.empty(shown, dtype=np.int64)
-    spare = np.empty((1, runs.belief.shape[1]))
+    spare = np.empty((1, max(runs.belief.shape[1], runs.truth.shape[1])))
     for r in range(size):
         for w in range(shown):
             count[w] = runs.items[w * size + r]
@@ -133,11 +155,21 @@ def play_slot(
         if chance == 0.0:
             raise ValueError("scores: one is not finite")
         row = _alone(runs, r, group)
-        reward = like_chance(models.like, runs.model[row], runs.belief, row)
+        if truth.clicks:
+            _show(runs.truth, row, uniform(seed, STATES, run, slot))
+        signal = _signal(truth.models, runs, row, uniform(seed, SIGNALS, run, slot))
+        if truth.clicks:
+            reward = truth.models.reward[runs.model[row], signal]
+        else:
+            reward = like_chance(truth.models.like, runs.model[row], runs.truth, row)
         earned.reward[r] += worth * reward
         earned.plays[runs.origin[row]] += 1
-        drawn = uniform(seed, SIGNALS, run, slot)
-        _pass_slot(models, runs, r, row, _signal(models, runs, row, drawn), spare)
+        earned.total[slot] += earned.reward[r]
+        earned.squares[slot] += earned.reward[r] ** 2
+        if truth.apart:
+            _pass_slot(truth.models, runs.truth, runs, r, row, signal, spare)
+        _pass_slot(models, runs.belief, runs, r, row, signal, spare)
+        _rest(runs, r, row)
 
 
 @inner
@@ -154,7 +186,26 @@ def _alone(runs: Runs, r: int, group: int) -> int:
     runs.origin[own] = runs.origin[row]
     for i in range(runs.belief.shape[1]):
         runs.belief[own, i] = runs.belief[row, i]
+    for i in range(runs.truth.shape[1]):
+        runs.truth[own, i] = runs.truth[row, i]
     return own
+
+
+@inner
+def _show(truth: Floats, row: int, drawn: float) -> None:
+    """Draw the hidden state of an item, by a number in [0, 1), and make it certain.
+
+    What rounding leaves goes to a state that can be.
+    """
+    upto, state = 0.0, 0
+    for i in range(truth.shape[1]):
+        upto += truth[row, i]
+        if truth[row, i] > 0.0:
+            state = i
+            if drawn < upto:
+                break
+    for i in range(truth.shape[1]):
+        truth[row, i] = 1.0 if i == state else 0.0
 
 
 @inner
@@ -166,8 +217,8 @@ def _signal(models: ModelSet, runs: Runs, row: int, drawn: float) -> int:
     m, upto, signal = runs.model[row], 0.0, 0
     for number in range(models.signals[m] - 1, -1, -1):
         chance = 0.0
-        for i in range(runs.belief.shape[1]):
-            chance += runs.belief[row, i] * models.observe[m, number, i]
+        for i in range(runs.truth.shape[1]):
+            chance += runs.truth[row, i] * models.observe[m, number, i]
         upto += chance
         if chance > 0.0:
             signal = number
@@ -178,18 +229,34 @@ def _signal(models: ModelSet, runs: Runs, row: int, drawn: float) -> int:
 
 @inner
 def _pass_slot(
-    models: ModelSet, runs: Runs, r: int, played: int, signal: int, spare: Floats
+    models: ModelSet,
+    belief: Floats,
+    runs: Runs,
+    r: int,
+    played: int,
+    signal: int,
+    spare: Floats,
 ) -> None:
-    """Move every item of a run on: one has been played, the others rest."""
+    """Move what is believed of a run on: one item has been played, the others rest."""
     size = len(runs.used)
     for w in range(runs.used[r]):
         row = w * size + r
         m = runs.model[row]
         if row == played:
-            learn(models, m, runs.belief, row, signal, spare, 0)
+            learn(models, m, belief, row, signal, spare, 0)
+        else:
+            move(models.rest, m, belief, row, spare, 0)
+        for i in range(belief.shape[1]):
+            belief[row, i] = spare[0, i]
+
+
+@inner
+def _rest(runs: Runs, r: int, played: int) -> None:
+    """Count the slots of rest of a run's items."""
+    size = len(runs.used)
+    for w in range(runs.used[r]):
+        row = w * size + r
+        if row == played:
             runs.rested[row] = 0
         else:
-            move(models.rest, m, runs.belief, row, spare, 0)
             runs.rested[row] += runs.rested[row] != NEVER
-        for i in range(runs.belief.shape[1]):
-            runs.belief[row, i] = spare[0, i]

@@ -1,11 +1,7 @@
 """What policies earn on average, estimated by simulating the belief process.
 
-The state of an item is hidden, and what a policy sees of it is the belief: if the
-hidden state at the start follows the belief, signals follow it ever after. So no hidden
-state is drawn: a play earns its expected reward r(pi), and its signal is drawn from
-what is believed. That has the mean of counted likes at a fraction of their variance
-(Rao and Blackwell). All policies meet the same random numbers, so that differences
-between them vary less still.
+All policies meet the same listeners and the same random numbers, so that differences
+between them vary less than what each of them earns.
 """
 
 import os
@@ -20,6 +16,7 @@ import numpy as np
 from policies import Floats, Situation
 from simulation.contender import Contender
 from simulation.course import Course
+from simulation.listeners import Listeners
 from simulation.playing import decision_time, played
 from simulation.runs import Earned, rows_of
 
@@ -31,14 +28,18 @@ class Value:
     """What a policy earned in R runs.
 
     Attributes:
-        rewards: (R,) discounted, expected at each play from what was believed.
+        rewards: (R,) discounted.
         difference: (R,) to the first policy.
+        curve: (T,) mean of what was earned by the end of each slot.
+        curve_error: (T,) standard error of that mean.
         shares: (G,) share of all plays that each group of the start had.
         decision_us: median time of a decision, in microseconds.
     """
 
     rewards: Floats
     difference: Floats
+    curve: Floats
+    curve_error: Floats
     shares: Floats
     decision_us: float
 
@@ -68,6 +69,7 @@ def value(
     contenders: Sequence[Contender],
     start: Situation,
     course: Course,
+    listeners: Listeners | None = None,
     threads: int | None = None,
     progress: Callable[[float], object] = lambda _share: None,
 ) -> Sequence[Value]:
@@ -77,6 +79,7 @@ def value(
         contenders: policies, ready for the models of `start`.
         start: of every run; one item is played in a slot.
         course: of the runs.
+        listeners: None: those of whom it is true what is believed at the start.
         threads: that work at a time, None: as many as processors. The results are the
             same, to the bit, but for times.
         progress: told the share of the work that is done, from 0 to 1.
@@ -85,28 +88,49 @@ def value(
         The value of each policy, in order.
 
     Raises:
-        ValueError: there are no items, or several are to be played in a slot.
+        ValueError: there are no items, or several are to be played in a slot; or the
+            listeners do not answer to the items.
     """
     if len(start.model) == 0 or start.slate.plays != 1:
         raise ValueError("start: must hold items, of which one is played in a slot")
+    listeners = listeners or Listeners.believed(start)
     values: list[Value] = []
     for number, contender in enumerate(contenders):
-        microseconds = decision_time(contender, start, course)
+        microseconds = decision_time(contender, start, listeners, course)
         parts = []
-        with closing(_in_threads(contender, start, course, threads)) as work:
+        with closing(_in_threads(contender, start, listeners, course, threads)) as work:
             for done, earned in work:
                 parts.append(earned)
                 progress((number + done / course.runs) / len(contenders))
-        rewards = np.concatenate([earned.reward for earned in parts])
-        first = values[0].rewards if values else rewards
-        plays = np.sum([earned.plays for earned in parts], axis=0)
-        shares = plays / (course.runs * course.slots)
-        values.append(Value(rewards, rewards - first, shares, microseconds))
+        first = values[0].rewards if values else None
+        values.append(_value(parts, first, microseconds))
     return values
 
 
+def _value(parts: Sequence[Earned], first: Floats | None, microseconds: float) -> Value:
+    rewards = np.concatenate([earned.reward for earned in parts])
+    difference = rewards - (rewards if first is None else first)
+    plays = np.sum([earned.plays for earned in parts], axis=0)
+    runs = len(rewards)
+    curve = np.sum([earned.total for earned in parts], axis=0) / runs
+    squares = np.sum([earned.squares for earned in parts], axis=0) / runs
+    spread = np.maximum(squares - curve**2, 0) / (runs - 1)
+    return Value(
+        rewards,
+        difference,
+        curve,
+        np.sqrt(spread),
+        plays / plays.sum(),
+        microseconds,
+    )
+
+
 def _in_threads(
-    contender: Contender, start: Situation, course: Course, threads: int | None
+    contender: Contender,
+    start: Situation,
+    listeners: Listeners,
+    course: Course,
+    threads: int | None,
 ) -> Generator[tuple[int, Earned], None, None]:
     """Yield how many runs are done, and what the latest of them earned, in order.
 
@@ -114,9 +138,10 @@ def _in_threads(
     """
     rows = rows_of(start, course.slots)
     size = max(MOST_ROWS // rows, 1) if contender.at_once else 1
-    firsts = range(0, course.runs, size)
-    sizes = [min(size, course.runs - first) for first in firsts]
-    work = partial(played, contender, start, course)
+    end = course.first + course.runs
+    firsts = range(course.first, end, size)
+    sizes = [min(size, end - first) for first in firsts]
+    work = partial(played, contender, start, listeners, course)
     executor = ThreadPoolExecutor(threads or os.cpu_count())
     try:
         done = 0

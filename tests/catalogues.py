@@ -1,16 +1,19 @@
 """Catalogues that many tests use."""
 
 import json
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import httpx
 
+from simulation.examples import DATA
 
-def paper_example(number: int) -> dict[str, Any]:
-    """One of the examples of the paper, as typed and checked."""
-    path = Path(__file__).parent / "policies" / "data" / f"example{number}.json"
-    example: dict[str, Any] = json.loads(path.read_text())
+Models = Sequence[Mapping[str, Any]]
+
+
+def paper_example(number: int) -> Models:
+    """One of the examples of the paper, as an import reads it."""
+    example: Models = json.loads((DATA / f"example-{number}.json").read_text())
     return example
 
 
@@ -33,16 +36,11 @@ SERIES: dict[str, Any] = {
 }
 
 
-def load(client: httpx.Client, paper: dict[str, Any]) -> None:
-    """Put a paper example into a service, a model for each item."""
-    for item in paper["items"]:
-        model = {
-            "states": paper["states"],
-            "play": item["play"],
-            "rest": item["rest"],
-            "like": item["like"],
-            "prior": item["initial_belief"],
-        }
-        client.put(f"/v1/models/{item['id']}", json=model).raise_for_status()
-        fields = {"model": item["id"], "title": item["id"]}
-        client.put(f"/v1/items/{item['id']}", json=fields).raise_for_status()
+def load(client: httpx.Client, models: Models) -> None:
+    """Put an item of each model into a service."""
+    for model in models:
+        name = model["id"]
+        fields = {field: model[field] for field in model if field != "id"}
+        client.put(f"/v1/models/{name}", json=fields).raise_for_status()
+        item = {"model": name, "title": name}
+        client.put(f"/v1/items/{name}", json=item).raise_for_status()

@@ -14,7 +14,7 @@ class Filter:
 
     def __init__(self, items: Sequence[Mapping[str, Any]]) -> None:
         self.items = {item["id"]: item for item in items}
-        self.beliefs = {item["id"]: list(item["initial_belief"]) for item in items}
+        self.beliefs = {item["id"]: list(item["prior"]) for item in items}
 
     def take(self, played: str, signal: str) -> None:
         """One slot: the item played moves by its answer, all others rest."""

@@ -26,7 +26,7 @@ async def get_bound(
     """Tell what no policy can exceed with a new user, and what one item earns.
 
     Both in discounted rewards, for the present catalogue. The bound is certified; how
-    far a policy stays below it, `encore bound` finds by simulation.
+    far a policy stays below it, `encore simulate` finds.
     """
     look = partial(bounds.outlook, live=caller.live, discount=discount, depth=depth)
     return BoundView.of(await caller.database.run(look))

@@ -28,7 +28,8 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "import": ("importing", "Read models, items or a history from a file."),
         "export": ("exporting", "Write models, items or the history to a file."),
         "keys": ("keys", "Make, list and revoke keys."),
-        "bound": ("bound", "Compare policies with what no policy can exceed."),
+        "simulate": ("simulate", "Try policies on simulated users."),
+        "bound": ("simulate", "The same: compare with what no policy can exceed."),
         "audit": ("audit", "Compute all beliefs anew from the log, and compare."),
         "rebuild": ("rebuild", "Replace beliefs by what the log says."),
     }

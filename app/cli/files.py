@@ -19,6 +19,8 @@ FORMATS = {
     ".json": Format.JSON,
     ".jsonl": Format.NDJSON,
     ".ndjson": Format.NDJSON,
+    ".yaml": Format.YAML,
+    ".yml": Format.YAML,
 }
 
 
@@ -29,7 +31,7 @@ def opened(
     """A file that can be read twice, as an import needs it."""
     named = format_ or _format_of(file)
     if named is Format.CSV and not layout.columns:
-        message = "Models cannot be read from CSV; give NDJSON or JSON."
+        message = "Models cannot be read from CSV; give NDJSON, JSON or YAML."
         raise Failed(message, status=2)
     if file == STDIN:
         with TemporaryFile() as kept:

@@ -4,6 +4,8 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from app.errors import Fault
+from app.services.lines import LineFile
 from app.services.live import find_policy
 from app.services.policy_catalogue import made
 from app.storage import revision
@@ -11,6 +13,14 @@ from app.storage.store import Store
 from policies import POLICIES, Policy, create, parameters, params_of
 
 DISCOUNT = "discount"
+
+
+@dataclass(frozen=True, slots=True)
+class NamedPolicy:
+    """A policy as clients name it."""
+
+    name: str
+    params: Mapping[str, object]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +46,19 @@ def entrant(name: str, params: Mapping[str, object], discount: float) -> Entrant
     told = json.dumps(params, ensure_ascii=False, separators=(",", ":"))
     label = f"{name}={told}" if params else name
     return Entrant(label, name, params_of(policy), policy)
+
+
+def read(file: LineFile[NamedPolicy], discount: float) -> Sequence[Entrant]:
+    """The policies of a file, each of which is one."""
+    faults, found = file.faults(), list[Entrant]()
+    for place, named in file.entries(faults):
+        try:
+            found.append(entrant(named.name, named.params, discount))
+        except ValueError as error:
+            field, _, message = str(error).partition(": ")
+            faults.add(place, Fault(field, message))
+    faults.refuse()
+    return found
 
 
 def with_the_one_in_force(

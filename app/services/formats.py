@@ -1,4 +1,4 @@
-"""From the bytes of a file to the fields of its entries: NDJSON, CSV, JSON."""
+"""From the bytes of a file to the fields of its entries: NDJSON, CSV, JSON, YAML."""
 
 import csv
 import json
@@ -7,6 +7,8 @@ from enum import StrEnum
 from typing import IO
 
 from app.errors import Fault
+from app.services import yaml_text
+from app.services.yaml_text import NotYaml
 
 Record = Mapping[str, object]
 Records = Iterator[tuple[int, Record | Fault]]
@@ -17,11 +19,17 @@ BOM = b"\xef\xbb\xbf"
 
 
 class Format(StrEnum):
-    """JSON is one array, read whole: for files of a few entries."""
+    """JSON and YAML are one array, read whole: for files of a few entries."""
 
     NDJSON = "ndjson"
     CSV = "csv"
     JSON = "json"
+    YAML = "yaml"
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether a file is read as one, and its entries are no lines."""
+        return self in {Format.JSON, Format.YAML}
 
 
 class Unreadable(ValueError):
@@ -37,7 +45,9 @@ def records(file: IO[bytes], format_: Format, columns: Columns) -> Records:
         case Format.CSV:
             return _csv(file, columns)
         case Format.JSON:
-            return _json(file)
+            return _whole(file, _plain)
+        case Format.YAML:
+            return _whole(file, _plain_yaml)
 
 
 def json_object(text: str) -> Record:
@@ -56,6 +66,13 @@ def _plain(text: str) -> object:
     except ValueError as error:
         raise Unreadable(f"is no JSON: {error}") from error
     return plain
+
+
+def _plain_yaml(text: str) -> object:
+    try:
+        return yaml_text.load(text)
+    except NotYaml as error:
+        raise Unreadable(str(error)) from error
 
 
 def _text(raw: bytes) -> str:
@@ -140,13 +157,13 @@ def _cells(
     return record
 
 
-def _json(file: IO[bytes]) -> Records:
+def _whole(file: IO[bytes], read: Callable[[str], object]) -> Records:
     """The objects of one array, or a single object."""
     try:
-        plain = _plain(_text(file.read().removeprefix(BOM)))
+        plain = read(_text(file.read().removeprefix(BOM)))
     except Unreadable as error:
         yield 1, Fault("", str(error))
         return
     for number, record in enumerate(plain if isinstance(plain, list) else [plain], 1):
         good = isinstance(record, dict)
-        yield number, record if good else Fault("", "is no JSON object")
+        yield number, record if good else Fault("", "is no object")

@@ -77,7 +77,7 @@ class LineFile(Generic[T]):
 
     def faults(self) -> Faults:
         """Room for what is wrong with this file."""
-        return Faults("entry" if self.format is Format.JSON else "line")
+        return Faults("entry" if self.format.is_whole else "line")
 
     def entries(self, faults: Faults) -> Iterator[tuple[int, T]]:
         """Good entries by line; what is wrong with the others is added to `faults`."""

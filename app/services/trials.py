@@ -3,12 +3,14 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 
 from app.services.entrants import Entrant
 from app.services.openings import Opening
 from policies import MOST_DISCOUNT, Bound
 from simulation import (
     Course,
+    Listeners,
     Value,
     contenders,
     remainder,
@@ -22,7 +24,23 @@ Progress = Callable[[float], object]
 NORMAL = 1.96  # standard errors on either side of a mean
 
 
-def course(runs: int, slots: int | None, discount: float, seed: int) -> Course:
+class Start(StrEnum):
+    """Where users begin: hidden states follow the beliefs, or are the paper's own."""
+
+    BELIEF = "belief"
+    STATE = "state"
+
+
+class Score(StrEnum):
+    """What a play earns: its reward as expected, or as answered."""
+
+    EXPECTED = "expected"
+    CLICKS = "clicks"
+
+
+def course(
+    runs: int, slots: int | None, discount: float, seed: int, first: int = 0
+) -> Course:
     """As many slots as count at the discount, unless told.
 
     Raises:
@@ -30,16 +48,40 @@ def course(runs: int, slots: int | None, discount: float, seed: int) -> Course:
     """
     if not 0 <= discount <= MOST_DISCOUNT:
         raise ValueError(f"discount: must be from 0 to {MOST_DISCOUNT}, not {discount}")
-    return Course(runs, slots_of(discount) if slots is None else slots, discount, seed)
+    length = slots_of(discount) if slots is None else slots
+    return Course(runs, length, discount, seed, first)
 
 
-def expected_seconds(
-    entrants: Sequence[Entrant], opening: Opening, course: Course
-) -> float:
-    """Roughly what a trial takes."""
-    policies = [each.policy for each in entrants]
-    alone = seconds(policies, opening.situation, course)
-    return alone / (os.cpu_count() or 1)
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """Who plays what to whom.
+
+    states: of each group in which users begin; None: as is believed
+    """
+
+    entrants: Sequence[Entrant]
+    opening: Opening
+    course: Course
+    states: Sequence[int] | None = None
+    score: Score = Score.EXPECTED
+
+    @property
+    def start(self) -> Start:
+        return Start.BELIEF if self.states is None else Start.STATE
+
+    @property
+    def listeners(self) -> Listeners:
+        situation, clicks = self.opening.situation, self.score is Score.CLICKS
+        if self.states is None:
+            return Listeners.believed(situation, clicks=clicks)
+        return Listeners.in_states(situation, self.states, clicks=clicks)
+
+    @property
+    def expected_seconds(self) -> float:
+        """Roughly what a trial takes."""
+        policies = [each.policy for each in self.entrants]
+        alone = seconds(policies, self.opening.situation, self.course)
+        return alone / (os.cpu_count() or 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +90,7 @@ class Tried:
 
     ci95:        half the width of a 95 % interval of the mean
     difference:  to the first policy, on the same random numbers
-    gap:         from the mean up to the bound
+    gap:         from the mean up to the bound, if there is one
     play_shares: of all plays, by model
     """
 
@@ -59,8 +101,8 @@ class Tried:
     ci95: float
     difference: float
     difference_ci95: float
-    gap: float
-    gap_percent: float
+    gap: float | None
+    gap_percent: float | None
     play_shares: Sequence[float]
     decision_us: float
 
@@ -69,70 +111,66 @@ class Tried:
 class Trial:
     """Policies, each tried on the same simulated users.
 
-    start:     hidden states follow the belief about a new user
+    first:     number of the first of the runs that the seed gives
     remainder: at most so much is earned on average after the last slot, and left out
     items:     by model, as play shares are
-    bound:     what no policy exceeds on average; found at a price of rest
+    bound:     what no policy exceeds on average, found at a price of rest; none where
+               users do not begin as is believed
     """
 
-    start: str
+    start: Start
+    score: Score
     discount: float
     runs: int
     slots: int
     seed: int
+    first: int
     remainder: float
     models: Sequence[str]
     items: Sequence[int]
     depth: int
-    bound: float
-    price: float
+    bound: float | None
+    price: float | None
     policies: Sequence[Tried]
 
 
-def tried(
-    entrants: Sequence[Entrant],
-    opening: Opening,
-    course: Course,
-    preparing: Progress,
-    playing: Progress,
-) -> Sequence[Value]:
+def tried(setting: Setting, preparing: Progress, playing: Progress) -> Sequence[Value]:
     """What each policy earns."""
-    policies = [each.policy for each in entrants]
-    models = opening.situation.models
-    ready = contenders(policies, models, progress=preparing)
-    return value(ready, opening.situation, course, progress=playing)
+    policies = [each.policy for each in setting.entrants]
+    start = setting.opening.situation
+    ready = contenders(policies, start.models, progress=preparing)
+    return value(ready, start, setting.course, setting.listeners, progress=playing)
 
 
 def reported(
-    entrants: Sequence[Entrant],
-    opening: Opening,
-    course: Course,
-    depth: int,
-    most: Bound,
-    values: Sequence[Value],
+    setting: Setting, depth: int, most: Bound | None, values: Sequence[Value]
 ) -> Trial:
     """All of it, for programs."""
+    opening, course = setting.opening, setting.course
+    bound = None if most is None else most.value
     return Trial(
-        start="belief",
+        start=setting.start,
+        score=setting.score,
         discount=course.discount,
         runs=course.runs,
         slots=course.slots,
         seed=course.seed,
+        first=course.first,
         remainder=remainder(opening.situation, course),
         models=opening.models,
         items=opening.items,
         depth=depth,
-        bound=most.value,
-        price=most.price,
+        bound=bound,
+        price=None if most is None else most.price,
         policies=[
-            _tried(entrant, value, most.value)
-            for entrant, value in zip(entrants, values, strict=True)
+            _tried(entrant, value, bound)
+            for entrant, value in zip(setting.entrants, values, strict=True)
         ],
     )
 
 
-def _tried(entrant: Entrant, value: Value, bound: float) -> Tried:
-    gap = bound - value.mean
+def _tried(entrant: Entrant, value: Value, bound: float | None) -> Tried:
+    gap = None if bound is None else bound - value.mean
     return Tried(
         label=entrant.label,
         name=entrant.name,
@@ -142,7 +180,7 @@ def _tried(entrant: Entrant, value: Value, bound: float) -> Tried:
         difference=float(value.difference.mean()),
         difference_ci95=NORMAL * standard_error(value.difference),
         gap=gap,
-        gap_percent=100 * gap / bound if bound > 0 else 0.0,
+        gap_percent=100 * gap / bound if bound and gap is not None else None,
         play_shares=value.shares.tolist(),
         decision_us=value.decision_us,
     )

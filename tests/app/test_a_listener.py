@@ -1,7 +1,6 @@
 """A listener of the paper's example 2, against an independent filter, for 200 plays."""
 
 import random
-from typing import Any
 
 import httpx
 import pytest
@@ -9,7 +8,7 @@ import pytest
 from app.settings import Settings
 from app.storage import migrate
 from tests.app.workers import served
-from tests.catalogues import load, paper_example
+from tests.catalogues import Models, load, paper_example
 from tests.filter import Filter
 
 PLAYS = 200
@@ -18,9 +17,9 @@ PLAYS = 200
 class Listener:
     """Somebody whose answers follow the paper's chances."""
 
-    def __init__(self, user: str, paper: dict[str, Any]) -> None:
+    def __init__(self, user: str, models: Models) -> None:
         self.user = user
-        self.filter = Filter(paper["items"])
+        self.filter = Filter(models)
         self.random = random.Random(user)  # noqa: S311 - a seeded listener
 
     def listen(self, client: httpx.Client, plays: int) -> None:

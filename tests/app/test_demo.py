@@ -136,13 +136,13 @@ def test_the_catalogue_is_loaded_once(demo: Service) -> None:
 
 
 def test_the_catalogue_holds_the_papers_numbers(demo: Service) -> None:
-    for number, item in enumerate(paper_example(2)["items"], start=1):
+    for number, item in enumerate(paper_example(2), start=1):
         held = demo.client.get(f"/v1/models/paper-{number}").json()
 
         assert held["play"] == item["play"]
         assert held["rest"] == item["rest"]
         assert held["like"] == item["like"]
-        assert held["prior"] == item["initial_belief"]
+        assert held["prior"] == item["prior"]
 
 
 def test_interest_moves_as_the_models_say() -> None:

@@ -80,7 +80,7 @@ def in_parallel(
 
 
 def moved_once(service: Service, item: str, signal: str) -> None:
-    oracle = Filter(paper_example(2)["items"])
+    oracle = Filter(paper_example(2))
     oracle.take(item, signal)
     held = service.beliefs("ann")
     assert held["slot"] == 1

@@ -23,15 +23,8 @@ SLOW = 0.999  # a discount at which a full table of four states takes minutes
 
 def four_states() -> dict[str, object]:
     """A model of the paper's example 2."""
-    example = paper_example(2)
-    item = example["items"][0]
-    return {
-        "states": example["states"],
-        "play": item["play"],
-        "rest": item["rest"],
-        "like": item["like"],
-        "prior": item["initial_belief"],
-    }
+    model = paper_example(2)[0]
+    return {field: model[field] for field in model if field != "id"}
 
 
 def test_progress_is_told_and_a_stop_leaves_the_work_to_others(

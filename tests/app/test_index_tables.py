@@ -81,7 +81,7 @@ def test_a_table_policy_works_at_once_gets_better_and_is_replayed(
     before = [scores(service, play) for play in rough]
 
     with building(service.settings) as builder:
-        for item in paper_example(2)["items"]:
+        for item in paper_example(2):
             until(builder.client, item["id"], "ready")
 
         full = service.next("cat")["play"]

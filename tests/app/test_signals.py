@@ -53,7 +53,7 @@ def belief(service: Service) -> list[float]:
 
 def believed(*signals: str) -> list[float]:
     """The belief after these answers, by the independent filter."""
-    oracle = Filter([{"id": "pilot", "initial_belief": SERIES["prior"], **SERIES}])
+    oracle = Filter([{"id": "pilot", **SERIES}])
     for signal in signals:
         oracle.take("pilot", signal)
     return oracle.beliefs["pilot"]
@@ -64,10 +64,7 @@ def test_beliefs_are_those_of_an_independent_filter(service: Service) -> None:
         service.put_model(name, model)
         service.put_item(name, name)
     service.set_policy("random")
-    paper = [
-        {"id": name, "initial_belief": model["prior"], **model}
-        for name, model in CATALOGUE.items()
-    ]
+    paper = [{"id": name, **model} for name, model in CATALOGUE.items()]
     oracle = Filter(paper)
     chance = random.Random(7)  # noqa: S311 - a seeded listener
     play = service.next("ann")
@@ -204,9 +201,7 @@ def test_a_signal_that_a_model_lost_counts_as_never_answered(series: Service) ->
     assert "'partial'" in warning
     assert "never answered" in warning
     assert series.client.get("/v1/models/series").json()["warnings"] == []
-    oracle = Filter(
-        [{"id": "pilot", "initial_belief": SERIES["prior"], **SERIES, **two}]
-    )
+    oracle = Filter([{"id": "pilot", **SERIES, **two}])
     for signal in ("none", "none", "complete"):
         oracle.take("pilot", signal)
     assert belief(series) == pytest.approx(oracle.beliefs["pilot"], abs=1e-12)
@@ -227,7 +222,7 @@ def test_an_item_that_moves_to_likes_forgets_what_it_was_told(series: Service) -
 
     series.put_item("pilot", "song")
 
-    oracle = Filter([{"id": "pilot", "initial_belief": SIMPLE["prior"], **SIMPLE}])
+    oracle = Filter([{"id": "pilot", **SIMPLE}])
     for signal in ("none", "skip"):
         oracle.take("pilot", signal)
     assert belief(series) == pytest.approx(oracle.beliefs["pilot"], abs=1e-12)

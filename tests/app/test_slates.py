@@ -28,7 +28,7 @@ SLOW: dict[str, Any] = {  # an answer hardly possible makes much of next to noth
 
 
 def test_an_index_plays_its_best_items_together(example: Service) -> None:
-    oracle = Filter(paper_example(2)["items"])
+    oracle = Filter(paper_example(2))
     report(example, "ann", "item-3", "skip")
     oracle.take("item-3", "skip")
     best = sorted(oracle.items, key=oracle.like, reverse=True)
@@ -83,7 +83,7 @@ def test_other_counts_are_refused(example: Service, count: object) -> None:
 
 def test_answers_in_any_order_teach_the_same(example: Service) -> None:
     signals = ("like", "skip", "none")
-    oracle = Filter(paper_example(2)["items"])
+    oracle = Filter(paper_example(2))
     held = []
     for user, order in enumerate(permutations(range(3))):
         slate = example.next(f"user-{user}", count=3)["plays"]
@@ -153,7 +153,7 @@ def test_what_is_left_unanswered_counts_as_none_in_its_slot(settings: Settings) 
     try:
         load(service.client, paper_example(2))
         service.set_policy("myopic")
-        oracle = Filter(paper_example(2)["items"])
+        oracle = Filter(paper_example(2))
         slate = service.next("ann", count=3)["plays"]
         items = [play["item"] for play in slate]
         service.answer(slate[1]["play"], "like")
@@ -181,7 +181,7 @@ def test_what_is_left_unanswered_counts_as_none_in_its_slot(settings: Settings) 
 
 
 def test_a_report_does_not_disturb_a_slate(example: Service) -> None:
-    oracle = Filter(paper_example(2)["items"])
+    oracle = Filter(paper_example(2))
     slate = example.next("ann", count=3)["plays"]
     first, second, third = (play["item"] for play in slate)
     fourth = next(name for name in oracle.items if name not in {first, second, third})

@@ -8,7 +8,7 @@ from tests.filter import Filter
 
 
 def test_played_items_are_believed_in_and_step_as_they_rest(example: Service) -> None:
-    oracle = Filter(paper_example(2)["items"])
+    oracle = Filter(paper_example(2))
     for item, signal in (("item-1", "like"), ("item-5", "skip"), ("item-4", "none")):
         report(example, "ann", item, signal)
         oracle.take(item, signal)
@@ -28,7 +28,7 @@ def test_played_items_are_believed_in_and_step_as_they_rest(example: Service) ->
 
 
 def test_beliefs_of_items_never_played_can_be_asked_for(example: Service) -> None:
-    oracle = Filter(paper_example(2)["items"])
+    oracle = Filter(paper_example(2))
     report(example, "ann", "item-1", "like")
     oracle.take("item-1", "like")
 
@@ -46,7 +46,7 @@ def test_a_report_leaves_the_pending_play_pending(example: Service) -> None:
     assert taken["slot"] == 1
     assert example.next("ann") == play | {"pending": True, "slot": 1}
     assert example.answer(play["play"], "skip")["slot"] == 2
-    oracle = Filter(paper_example(2)["items"])
+    oracle = Filter(paper_example(2))
     oracle.take("item-1", "like")
     oracle.take(play["item"], "skip")
     for belief in example.beliefs("ann")["beliefs"]:
@@ -103,7 +103,7 @@ def test_a_playlist_changes_nothing_and_stays_the_same(example: Service) -> None
 def test_a_playlist_is_what_myopic_plays_if_nothing_is_answered(
     example: Service,
 ) -> None:
-    oracle = Filter(paper_example(2)["items"])
+    oracle = Filter(paper_example(2))
     planned = example.client.get(
         "/v1/users/ann/playlist", params={"length": 6, "repeats": True}
     ).json()

@@ -1,9 +1,7 @@
 """Models and situations to test on: the paper's, and random ones."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from hypothesis import strategies as st
@@ -19,10 +17,8 @@ from policies import (
     Slate,
     Tables,
     build,
-    untouched,
 )
-
-DATA = Path(__file__).parent / "data"
+from simulation.examples import example
 
 
 @dataclass(frozen=True)
@@ -80,27 +76,16 @@ def situation(
     return made
 
 
-def paper(example: int) -> list[Model]:
-    text = json.loads((DATA / f"example{example}.json").read_text())
-    return [
-        Model(
-            text["states"],
-            item["play"],
-            item["rest"],
-            item["like"],
-            item["initial_belief"],
-        )
-        for item in text["items"]
-    ]
+def paper(number: int) -> list[Model]:
+    return list(example(number).models)
 
 
-def paper_situation(example: int) -> Situation:
-    models = ModelSet.of(paper(example))
-    return situation(models, range(5), untouched(models, 0), [1] * 5)
+def paper_situation(number: int) -> Situation:
+    return example(number).start
 
 
-def paper_instance(example: int) -> Instance:
-    models = paper(example)
+def paper_instance(number: int) -> Instance:
+    models = example(number).models
     beliefs = tuple(model.prior for model in models)
     return Instance(tuple(models), tuple(range(5)), beliefs, (1,) * 5)
 

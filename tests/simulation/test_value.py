@@ -19,6 +19,7 @@ from policies import (
 from simulation import (
     Contender,
     Course,
+    Listeners,
     Value,
     contenders,
     remainder,
@@ -48,7 +49,7 @@ LASTING = Model(
 def simulated(
     start: Situation, course: Course, *policies: Policy, threads: int = 2
 ) -> Sequence[Value]:
-    return value(contenders(policies, start.models), start, course, threads)
+    return value(contenders(policies, start.models), start, course, threads=threads)
 
 
 def paper_course(runs: int) -> Course:
@@ -138,8 +139,9 @@ def test_runs_in_step_earn_what_each_earns_alone(name: str) -> None:
     course = Course(runs=7, slots=12, discount=0.9, seed=8)
     [contender] = contenders([create(name, {})], models)
 
-    together = played(contender, start, course, 0, 7)
-    alone = [played(contender, start, course, run, 1) for run in range(7)]
+    listeners = Listeners.believed(start)
+    together = played(contender, start, listeners, course, 0, 7)
+    alone = [played(contender, start, listeners, course, run, 1) for run in range(7)]
 
     assert contender.at_once
     assert_array_equal(together.reward, np.concatenate([one.reward for one in alone]))

@@ -1,5 +1,6 @@
 """Forms of lines in files: items, models and plays, one a line."""
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -8,10 +9,11 @@ from typing import Annotated, Self, TypeVar
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from app.api.faults import message_of
-from app.api.schemas.fields import Chance, Form, Id, SignalName
+from app.api.schemas.fields import Chance, Form, Id, Note, SignalName
 from app.api.schemas.items import ItemForm
 from app.api.schemas.models import ModelForm
 from app.errors import Fault
+from app.services.entrants import NamedPolicy
 from app.services.formats import Record, json_object
 from app.services.histories import PastPlay
 from app.services.items import NewItem
@@ -66,6 +68,14 @@ class PlayLine(Form):
         return self
 
 
+class PolicyLine(Form):
+    """A policy to try, as `PUT /v1/admin/policy` takes it."""
+
+    name: str
+    params: Annotated[Mapping[str, object], Field(default_factory=dict)]
+    note: Note = ""
+
+
 class ImportResult(Form):
     """What an import changed, or would change in a dry run."""
 
@@ -91,6 +101,11 @@ def read_play(record: Record) -> PastPlay:
     return PastPlay(
         line.user, line.item, line.signal, line.fraction, line.at, line.together
     )
+
+
+def read_policy(record: Record) -> NamedPolicy:
+    line = _form(PolicyLine, record)
+    return NamedPolicy(line.name, line.params)
 
 
 def _form(kind: type[F], record: Record) -> F:
@@ -139,6 +154,7 @@ ITEMS = Layout(
     },
 )
 MODELS = Layout(read_model, {})
+POLICIES = Layout(read_policy, {})
 HISTORY = Layout(
     read_play,
     {

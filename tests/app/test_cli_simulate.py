@@ -1,4 +1,4 @@
-"""The command `encore bound`."""
+"""The command `encore simulate`, also called `encore bound`."""
 
 import json
 import os
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from tests.app.commands import Encore, Said, start
 from tests.app.service import Service
@@ -20,17 +21,7 @@ OPTIMUM = 8.986321013  # of example 2
 @pytest.fixture
 def models(tmp_path: Path) -> Path:
     """Example 2 of the paper, as models."""
-    paper = paper_example(2)
-    shared = {"states": paper["states"]}
-    return write(
-        tmp_path,
-        *(
-            shared
-            | {name: item[name] for name in ("id", "play", "rest", "like")}
-            | {"prior": item["initial_belief"]}
-            for item in paper["items"]
-        ),
-    )
+    return write(tmp_path, *paper_example(2))
 
 
 def write(folder: Path, *models: Mapping[str, Any]) -> Path:
@@ -46,7 +37,9 @@ def tried(*policies: str) -> list[str]:
 def test_no_policy_earns_more_than_the_bound(encore: Encore, models: Path) -> None:
     policies = tried("random", "best_fixed", "myopic")
 
-    told = encore("bound", "--models", models, *policies, "--runs", 200, "--json").json
+    told = encore(
+        "simulate", "--models", models, *policies, "--runs", 200, "--json"
+    ).json
 
     assert OPTIMUM < told["bound"] < OPTIMUM + 1e-5
     assert told["slots"] == 180
@@ -70,7 +63,7 @@ def test_no_policy_earns_more_than_the_bound(encore: Encore, models: Path) -> No
 
 def test_people_are_shown_what_programs_are_told(encore: Encore, models: Path) -> None:
     rollout = 'exact_rollout={"horizon":1}'
-    words = ("bound", "--models", models, *tried("random", rollout), *QUICK)
+    words = ("simulate", "--models", models, *tried("random", rollout), *QUICK)
 
     shown, told = encore(*words), encore(*words, "--json").json
 
@@ -85,7 +78,7 @@ def test_people_are_shown_what_programs_are_told(encore: Encore, models: Path) -
 def test_the_same_seed_gives_the_same_rewards(encore: Encore, models: Path) -> None:
     def rewards(seed: int) -> list[float]:
         words = ("--models", models, *tried("myopic"), *QUICK, "--seed", seed)
-        told = encore("bound", *words, "--json").json
+        told = encore("simulate", *words, "--json").json
         return [each["mean"] for each in told["policies"]]
 
     assert rewards(3) == rewards(3) != rewards(4)
@@ -102,7 +95,7 @@ def test_the_active_items_of_the_database_are_tried_with_the_policy_in_force(
     service.set_policy("exact_rollout", horizon=1, discount=0.5)
     at = ("--database-url", service.settings.database_url)
 
-    told = encore("bound", *at, *QUICK, "--json").json
+    told = encore("simulate", *at, *QUICK, "--json").json
 
     by_model = dict(zip(told["models"], told["items"], strict=True))
     assert by_model == {"good": 1, "poor": 2}
@@ -118,9 +111,132 @@ def test_the_active_items_of_the_database_are_tried_with_the_policy_in_force(
 def test_an_empty_database_has_nothing_to_bound(
     encore: Encore, database_url: str
 ) -> None:
-    said = encore("bound", "--database-url", database_url)
+    said = encore("simulate", "--database-url", database_url)
 
     assert said == Said(1, "", "Error: There are no items to play.\n")
+
+
+def test_an_example_of_the_paper_is_tried_by_its_number(
+    encore: Encore, models: Path
+) -> None:
+    words = (*tried("whittle", "myopic"), "--runs", 400, "--json")
+
+    told = encore("simulate", "--example", 2, *words).json
+    same = encore("bound", "--models", models, *words).json
+
+    whittle, myopic = told["policies"]
+    assert (told["example"], told["start"], told["score"]) == (2, "belief", "expected")
+    assert told["models"] == [f"item-{number}" for number in range(1, 6)]
+    assert whittle["mean"] == pytest.approx(OPTIMUM, abs=0.02)
+    assert myopic["difference"] < -0.5
+    assert whittle["play_shares"][3] > 0.95
+    assert sum(myopic["play_shares"][place] for place in (2, 4)) > 0.95
+    assert same["example"] is None
+    for one, other in zip(told["policies"], same["policies"], strict=True):
+        assert one["mean"] == other["mean"]
+
+
+def test_the_papers_listeners_begin_where_no_bound_holds(encore: Encore) -> None:
+    words = ("simulate", "--example", 3, "--start", "state", *tried("myopic"))
+
+    clicks = encore(*words, "--score", "clicks", *QUICK, "--json").json
+    shown = encore(*words, *QUICK)
+
+    [myopic] = clicks["policies"]
+    assert (clicks["bound"], clicks["price"]) == (None, None)
+    assert (myopic["gap"], myopic["gap_percent"]) == (None, None)
+    assert clicks["score"] == "clicks"
+    assert "there is no bound" in shown.out
+    assert "myopic plays item-" in shown.out
+
+
+def test_the_fourth_example_is_drawn_by_the_seed(encore: Encore) -> None:
+    def means(seed: int) -> list[float]:
+        words = ("simulate", "--example", 4, *tried("myopic"), *QUICK, "--seed", seed)
+        told = encore(*words, "--json").json
+        assert len(told["models"]) == 15
+        return [each["mean"] for each in told["policies"]]
+
+    assert means(1) == means(1) != means(2)
+
+
+def test_runs_go_on_where_others_have_ended(encore: Encore) -> None:
+    def mean(first: int, runs: int) -> float:
+        words = ("simulate", "--example", 2, *tried("myopic"), "--first", first)
+        told = encore(*words, "--runs", runs, "--slots", 20, "--json").json
+        [myopic] = told["policies"]
+        return float(myopic["mean"])
+
+    assert mean(0, 30) == pytest.approx((mean(0, 10) + 2 * mean(10, 20)) / 3)
+
+
+def test_a_catalogue_and_policies_are_read_as_the_service_has_them(
+    encore: Encore, tmp_path: Path
+) -> None:
+    """JSON, YAML and NDJSON say the same."""
+    good, poor = ({"id": name, **SIMPLE} for name in ("good", "poor"))
+    items: list[dict[str, object]] = [{"id": name, "model": "good"} for name in "ab"]
+    items.append({"id": "c", "model": "poor", "active": False})
+    (tmp_path / "models.yaml").write_text(yaml.safe_dump([good, poor]))
+    (tmp_path / "items.json").write_text(json.dumps(items))
+    (tmp_path / "policies.yml").write_text(
+        "- name: myopic\n"
+        "- name: exact_rollout\n"
+        "  params: {horizon: 1, base: [myopic, best_fixed], leaf: none}\n"
+        "  note: as it is stored\n"
+    )
+
+    told = encore(
+        *("simulate", "--models", tmp_path / "models.yaml"),
+        *("--items", tmp_path / "items.json"),
+        *("--policies", tmp_path / "policies.yml"),
+        *(*QUICK, "--json"),
+    ).json
+
+    assert (told["models"], told["items"]) == (["good"], [2])
+    assert [each["name"] for each in told["policies"]] == ["myopic", "exact_rollout"]
+    assert told["policies"][1]["params"]["base"] == ["myopic", "best_fixed"]
+
+
+def test_what_is_wrong_with_items_and_policies_is_named(
+    encore: Encore, models: Path, tmp_path: Path
+) -> None:
+    items = [{"id": "a", "model": "item-1"}] * 2 + [{"id": "b", "model": "none"}]
+    (tmp_path / "items.json").write_text(json.dumps(items))
+    (tmp_path / "policies.yaml").write_text(
+        "[{name: guess}, {name: myopic, params: {horizon: 1}}, {name: rollout, no: 1}]"
+    )
+    at = ("simulate", "--models", models)
+
+    catalogue = encore(*at, "--items", tmp_path / "items.json")
+    policies = encore(*at, "--policies", tmp_path / "policies.yaml")
+
+    assert (catalogue.status, policies.status) == (1, 1)
+    assert "entry 2: id: is there twice\n" in catalogue.err
+    assert "entry 3: model: unknown model 'none'\n" in catalogue.err
+    assert "entry 1: name: must be one of random, " in policies.err
+    assert "entry 2: horizon: myopic has no such parameter\n" in policies.err
+    assert "entry 3: no: " in policies.err
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (("--example", 1, "--models", "m.json"), "--example does not go with --models"),
+        (("--models", "m.json", "--database-url", "sqlite:///x"), "--models does not"),
+        (("--items", "i.json"), "--items goes with --models."),
+        (("--start", "state"), "--start state: only --example 1, 2, 3 have states."),
+        (("--example", 4, "--start", "state"), "--start state: only --example 1, 2"),
+        (("--example", 1, "--first", 2**31), "--first: must be from 0 to 2**31 less"),
+    ],
+)
+def test_options_that_do_not_go_together_are_named(
+    encore: Encore, words: tuple[object, ...], complaint: str
+) -> None:
+    said = encore("simulate", *words)
+
+    assert (said.status, said.out) == (2, "")
+    assert said.err.startswith(f"Error: {complaint}")
 
 
 @pytest.mark.parametrize(
@@ -148,7 +264,7 @@ def test_an_empty_database_has_nothing_to_bound(
 def test_an_option_that_makes_no_sense_is_named(
     encore: Encore, models: Path, words: tuple[object, ...], complaint: str
 ) -> None:
-    said = encore("bound", "--models", models, *words)
+    said = encore("simulate", "--models", models, *words)
 
     assert (said.status, said.out) == (2, "")
     assert said.err.startswith(f"Error: {complaint}")
@@ -157,7 +273,7 @@ def test_an_option_that_makes_no_sense_is_named(
 
 @pytest.mark.parametrize("name", ["missing.ndjson", "models.pdf", "models.csv"])
 def test_a_file_that_cannot_be_read_is_told(encore: Encore, name: str) -> None:
-    said = encore("bound", "--models", name)
+    said = encore("simulate", "--models", name)
 
     assert said.status == 2
     assert said.err.startswith("Error: ")
@@ -168,7 +284,7 @@ def test_lines_that_are_no_models_are_named(encore: Encore, tmp_path: Path) -> N
     good = {"id": "a", **SIMPLE}
     file = write(tmp_path, good, good, good | {"id": "b", "prior": [1, 1]}, {"id": "c"})
 
-    said = encore("bound", "--models", file)
+    said = encore("simulate", "--models", file)
 
     assert said.status == 1
     assert "line 2: id: is there twice\n" in said.err
@@ -179,7 +295,7 @@ def test_lines_that_are_no_models_are_named(encore: Encore, tmp_path: Path) -> N
 
 def test_what_would_take_days_is_refused(encore: Encore, tmp_path: Path) -> None:
     file = write(tmp_path, *({"id": f"m{i}", **SIMPLE} for i in range(20)))
-    words = ("bound", "--models", file, *tried("rollout"))
+    words = ("simulate", "--models", file, *tried("rollout"))
 
     deep = encore(*words, "--depth", 6)
     long = encore(*words, "--runs", 10**8)
@@ -194,7 +310,7 @@ def test_what_takes_minutes_is_told_beforehand_and_can_be_stopped(
     models: Path, tmp_path: Path
 ) -> None:
     policies = tried("exact_rollout")
-    words = ("bound", "--models", models, *policies, "--runs", 1_000_000)
+    words = ("simulate", "--models", models, *policies, "--runs", 1_000_000)
     cache = {"NUMBA_CACHE_DIR": os.environ["NUMBA_CACHE_DIR"]}
     with start(*words, cwd=tmp_path, extra=cache) as process:
         assert process.stderr is not None

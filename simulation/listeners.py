@@ -1,0 +1,90 @@
+"""Those who listen: their hidden states, which no policy sees.
+
+A policy believes; a listener is. Both agree where hidden states at the start follow the
+beliefs and the models are right. The paper has it otherwise: its listeners begin in
+fixed states, which contradict the beliefs (section "Numerical results").
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from policies import Floats, ModelSet, Situation
+
+
+class Truth(NamedTuple):
+    """Listeners, as compiled code takes them.
+
+    Attributes:
+        models: M true ones.
+        apart: whether it differs from what a policy believes.
+        clicks: whether rewards are counted as answered, not as expected.
+    """
+
+    models: ModelSet
+    apart: bool
+    clicks: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Listeners:
+    """What is true of all listeners.
+
+    Rewards are scored in one of two ways, with the same mean. Either a play earns what
+    its signal is worth (`clicks`): then a hidden state is drawn whenever an item is
+    played, and the signal from it. Or it earns what was to be expected of all that had
+    happened to the listener, by the exact filter of the true models and the true start;
+    the signal is drawn from the same filter. That has a fraction of the variance (Rao
+    and Blackwell).
+
+    Attributes:
+        models: M true ones, in the order of those that policies believe in.
+        belief: (G, S) distribution of the hidden state of each group at the start.
+        clicks: whether the signals given are scored, not those expected.
+    """
+
+    models: ModelSet
+    belief: Floats
+    clicks: bool = False
+
+    @classmethod
+    def believed(cls, start: Situation, *, clicks: bool = False) -> "Listeners":
+        """Those of whom policies believe what is true."""
+        return cls(start.models, start.belief, clicks)
+
+    @classmethod
+    def in_states(
+        cls, start: Situation, states: Sequence[int], *, clicks: bool = False
+    ) -> "Listeners":
+        """Those who begin in certain states, whatever is believed.
+
+        Args:
+            start: G groups of items.
+            states: of each group, from 0.
+            clicks: see the class.
+
+        Raises:
+            ValueError: there are not so many, or not such states.
+        """
+        sizes = start.models.states[start.model]
+        if len(states) != len(sizes) or not all(
+            0 <= state < size for state, size in zip(states, sizes, strict=True)
+        ):
+            raise ValueError(f"states: must be one of each group's, not {states}")
+        return cls(start.models, np.eye(start.belief.shape[1])[list(states)], clicks)
+
+    def truth(self, start: Situation) -> Truth:
+        """Return what is true where policies begin at a situation.
+
+        Raises:
+            ValueError: the true models do not have the shape of those believed in.
+        """
+        believed = start.models
+        if (self.models.signals != believed.signals).any():
+            raise ValueError("models: the true ones have other signals")
+        if len(self.belief) != len(start.model):
+            raise ValueError(f"belief: must have {len(start.model)} rows")
+        same = self.models is believed and self.belief is start.belief
+        return Truth(self.models, self.clicks or not same, self.clicks)
