@@ -106,7 +106,7 @@ def _check(text: str) -> None:
             raise NotYaml(f"stands for more than {LARGEST} values")
 
 
-def _repeated(known: Mapping[str, _Node], anchor: str) -> tuple[int, int]:
-    if anchor not in known:
+def _repeated(known: Mapping[str, _Node], anchor: str | None) -> tuple[int, int]:
+    if anchor is None or anchor not in known:
         raise NotYaml(f"has the alias *{anchor} of nothing before it")
     return known[anchor].size, known[anchor].depth
