@@ -30,6 +30,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "keys": ("keys", "Make, list and revoke keys."),
         "simulate": ("simulate", "Try policies on simulated users."),
         "bound": ("simulate", "The same: compare with what no policy can exceed."),
+        "reproduce": ("reproduce", "Simulate the paper's examples; draw its figures."),
         "audit": ("audit", "Compute all beliefs anew from the log, and compare."),
         "rebuild": ("rebuild", "Replace beliefs by what the log says."),
     }

@@ -1,0 +1,332 @@
+"""What the paper says, and what was found."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from math import hypot
+
+import numpy as np
+
+from policies import Floats
+from simulation.examples import example
+from simulation.paper.parts import (
+    BELIEF,
+    EXACT,
+    EXPECTED,
+    MYOPIC,
+    PAPER,
+    STATE,
+    WHITTLE,
+    WHITTLE_MC,
+)
+from simulation.paper.rows import Part, Row
+
+Parts = Mapping[str, Part]
+SLACK = 1e-12
+SOON = 100_000  # microseconds that nobody waits for
+
+
+class Verdict(StrEnum):
+    """How a claim of the paper stands.
+
+    reproduced:     found here, too
+    explained:      found as the paper has it, for another reason than it gives
+    not reproduced: found otherwise
+    cannot be checked: the paper says too little, or too little was simulated
+    """
+
+    REPRODUCED = "reproduced"
+    EXPLAINED = "explained"
+    NOT_REPRODUCED = "not reproduced"
+    CANNOT_BE_CHECKED = "cannot be checked"
+
+
+Judged = tuple[Verdict, str]
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A claim. `figure`: the one that shows it. `evidence`: what was found."""
+
+    claim: str
+    figure: str
+    verdict: Verdict
+    evidence: str
+
+
+def claims(parts: Parts) -> Sequence[Claim]:
+    """Judge what the paper says, in its order."""
+    return [
+        _judged(
+            "example-1",
+            _myopic_ahead(parts),
+            "Example 1: the myopic policy performs better than Monte Carlo "
+            "rollout with H = 5 and L = 100.",
+        ),
+        _judged(
+            "noise",
+            _because_of_structure(parts),
+            "Myopic performs better whenever there is structure on the "
+            "transition probabilities.",
+        ),
+        _judged(
+            "example-1",
+            _structure(parts),
+            "Example 1 has the structure that Lovejoy (1987) asks for, and "
+            "like chances rise with interest.",
+        ),
+        _judged(
+            "example-2",
+            _rollout_ahead(parts),
+            "Example 2: Monte Carlo rollout performs better than myopic.",
+        ),
+        _judged(
+            "example-2",
+            _myopic_plays(parts),
+            "Example 2: myopic plays items 3 and 5 most frequently.",
+        ),
+        _judged(
+            "example-2",
+            _rollout_plays(parts),
+            "Example 2: Monte Carlo rollout plays item 4 most frequently.",
+        ),
+        _judged(
+            "truncation",
+            _whittle_behind(parts),
+            "Example 3: myopic and Monte Carlo rollout perform better than "
+            "the Whittle index policy.",
+        ),
+        _judged(
+            "items",
+            _whittle_dear(parts),
+            "An index policy without a closed form is more expensive than "
+            "Monte Carlo rollout and myopic.",
+        ),
+        _judged(
+            "example-4",
+            _eight_percent(parts),
+            "Example 4 (15 items): Monte Carlo rollout performs better than "
+            "myopic, by up to 8 %.",
+        ),
+        _judged(
+            "example-4",
+            _arbitrary(parts),
+            "Monte Carlo rollout performs better for arbitrary transition dynamics.",
+        ),
+        _judged(
+            "items",
+            _hundreds(parts),
+            "The method can be extended to a few hundred items.",
+        ),
+    ]
+
+
+def _judged(figure: str, judged: Judged, claim: str) -> Claim:
+    return Claim(claim, figure, *judged)
+
+
+def shown(mean: float, half: float, *, sign: bool = True) -> str:
+    """Return a number with its interval."""
+    return f"{mean:+.3f} ± {half:.3f}" if sign else f"{mean:.3f} ± {half:.3f}"
+
+
+def _order(row: Row) -> int:
+    """Return 1 if a policy is ahead of the first, -1 if behind, 0 if it is not sure."""
+    if abs(row.difference) <= row.difference_ci95:
+        return 0
+    return 1 if row.difference > 0 else -1
+
+
+def _apart(one: Row, other: Row) -> tuple[float, float]:
+    """Return how far a policy is ahead of another, and half the interval."""
+    return one.mean - other.mean, hypot(one.ci95, other.ci95)
+
+
+def _ahead(part: Part, label: str, order: int) -> Judged:
+    rows = {start: part.row(start, label) for start in (BELIEF, STATE)}
+    told = " and ".join(
+        f"{shown(row.difference, row.difference_ci95)} (start={start})"
+        for start, row in rows.items()
+    )
+    evidence = f"Rollout as in the paper earns {told} more than myopic."
+    orders = [_order(row) for row in rows.values()]
+    if all(found == order for found in orders):
+        return Verdict.REPRODUCED, evidence
+    if -order in orders:
+        return Verdict.NOT_REPRODUCED, evidence
+    return Verdict.CANNOT_BE_CHECKED, evidence
+
+
+def _myopic_ahead(parts: Parts) -> Judged:
+    return _ahead(parts["example-1"], PAPER, -1)
+
+
+def _rollout_ahead(parts: Parts) -> Judged:
+    return _ahead(parts["example-2"], PAPER, 1)
+
+
+def _because_of_structure(parts: Parts) -> Judged:
+    part = parts["noise"]
+    paper = part.row("clicks", PAPER, 100)
+    same = part.row("expected", EXPECTED, 100)
+    exact = part.row("exact", EXACT)
+    longest = part.group("clicks")[-1]
+    evidence = (
+        f"With the same H and L, but expected rewards and common random numbers in"
+        f" place of independent clicks, rollout earns"
+        f" {shown(same.difference, same.difference_ci95)} more than myopic, and"
+        f" without any sampling {shown(exact.difference, exact.difference_ci95)}; with"
+        f" sampled clicks {shown(paper.difference, paper.difference_ci95)} at L = 100"
+        f" and {shown(longest.difference, longest.difference_ci95)} at"
+        f" L = {longest.x:.0f}. Sampling noise decides, not structure."
+    )
+    if _order(paper) < 0 < min(_order(same), _order(exact)):
+        return Verdict.EXPLAINED, evidence
+    if _order(paper) < 0 and _order(exact) < 0:
+        return Verdict.REPRODUCED, evidence
+    return Verdict.CANNOT_BE_CHECKED, evidence
+
+
+def _structure(_parts: Parts) -> Judged:
+    models = example(1).models
+    matrices = {f"P1 of item {n}": model.play for n, model in enumerate(models, 1)}
+    matrices["P0"] = models[0].rest
+    unordered = [name for name, matrix in matrices.items() if not _monotone(matrix)]
+    positive = [name for name, matrix in matrices.items() if _tp2(matrix)]
+    tied = [
+        f"item {n}"
+        for n, model in enumerate(models, 1)
+        if (np.diff(model.like) <= SLACK).any()
+    ]
+    evidence = (
+        f"Rows that do not rise stochastically: {_listed(unordered)}. Totally positive"
+        f" of order 2, as Lovejoy asks: {_listed(positive)} of {len(matrices)}"
+        f" matrices. Like chances that do not rise strictly: {_listed(tied)}."
+    )
+    holds = not unordered and len(positive) == len(matrices) and not tied
+    return (Verdict.REPRODUCED if holds else Verdict.NOT_REPRODUCED), evidence
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names) or "none"
+
+
+def _monotone(matrix: Floats) -> bool:
+    """Say whether each row is stochastically above the one before it."""
+    tails = np.cumsum(matrix[:, ::-1], axis=1)
+    return bool((np.diff(tails, axis=0) >= -SLACK).all())
+
+
+def _tp2(matrix: Floats) -> bool:
+    """Say whether no 2 by 2 minor is negative."""
+    rows, columns = np.triu_indices(len(matrix), 1), np.triu_indices(len(matrix), 1)
+    return all(
+        matrix[i, j] * matrix[k, m] >= matrix[i, m] * matrix[k, j] - SLACK
+        for i, k in zip(*rows, strict=True)
+        for j, m in zip(*columns, strict=True)
+    )
+
+
+def _plays(row: Row, wanted: set[int]) -> Judged:
+    ranked = np.argsort(row.shares)[::-1][: len(wanted)] + 1
+    told = ", ".join(f"item {n} {row.shares[n - 1]:.1%}" for n in ranked)
+    verdict = (
+        Verdict.REPRODUCED if set(ranked.tolist()) == wanted else Verdict.NOT_REPRODUCED
+    )
+    return verdict, f"Of its plays: {told}."
+
+
+def _myopic_plays(parts: Parts) -> Judged:
+    return _plays(parts["example-2"].row(BELIEF, MYOPIC), {3, 5})
+
+
+def _rollout_plays(parts: Parts) -> Judged:
+    return _plays(parts["example-2"].row(BELIEF, PAPER), {4})
+
+
+def _whittle_behind(parts: Parts) -> Judged:
+    part, cut = parts["example-3"], parts["truncation"]
+    told, behind = [], []
+    for start in (BELIEF, STATE):
+        whittle = part.row(start, WHITTLE)
+        for label in (MYOPIC, PAPER):
+            ahead, half = _apart(whittle, part.row(start, label))
+            told.append(f"{shown(ahead, half)} more than {label} (start={start})")
+            behind.append(ahead < -half)
+    worst = min(cut.group(BELIEF), key=lambda row: row.mean)
+    rollout = part.row(BELIEF, PAPER)
+    short = sum(_apart(worst, rollout)) < 0
+    evidence = (
+        f"The converged index earns {', '.join(told)}. The optimum is"
+        f" {part.marks['optimum']:.4f}. A Monte Carlo index that looks {worst.x:.0f}"
+        f" slots ahead earns {shown(worst.mean, worst.ci95, sign=False)}."
+    )
+    if all(behind):
+        return Verdict.REPRODUCED, evidence
+    if any(behind) or short:
+        reasons = "a short look ahead" if short else ""
+        contradicted = "a start that contradicts the beliefs" if any(behind) else ""
+        because = " and ".join(filter(None, (reasons, contradicted)))
+        return Verdict.EXPLAINED, f"{evidence} What puts Whittle behind is {because}."
+    return Verdict.NOT_REPRODUCED, evidence
+
+
+def _whittle_dear(parts: Parts) -> Judged:
+    part = parts["example-3"]
+    whittle, rollout, sampled = (
+        part.row(BELIEF, label).decision_us for label in (WHITTLE, PAPER, WHITTLE_MC)
+    )
+    evidence = (
+        f"A decision takes {whittle:.0f} µs by the converged index, which is worked out"
+        f" once for a model and then looked up, {rollout:.0f} µs by Monte Carlo"
+        f" rollout, {sampled:.0f} µs by the Monte Carlo index."
+    )
+    if whittle > rollout:
+        return Verdict.REPRODUCED, evidence
+    return (
+        Verdict.EXPLAINED if sampled > rollout else Verdict.NOT_REPRODUCED
+    ), evidence
+
+
+def _eight_percent(parts: Parts) -> Judged:
+    part = parts["example-4"]
+    gains = np.array(part.series["gain, paper"])
+    exact = np.array(part.series["gain, exact"])
+    evidence = (
+        f"The paper prints no numbers of its instance. Over {len(gains)} drawn ones,"
+        f" rollout as in the paper gains {gains.min():+.1f} to {gains.max():+.1f} %"
+        f" (median {np.median(gains):+.1f} %), {np.mean(gains > 8):.0%} of them more"  # noqa: PLR2004
+        f" than 8 %; exact rollout {exact.min():+.1f} to {exact.max():+.1f} % (median"
+        f" {np.median(exact):+.1f} %)."
+    )
+    return Verdict.CANNOT_BE_CHECKED, evidence
+
+
+def _arbitrary(parts: Parts) -> Judged:
+    series = parts["example-4"].series
+    behind = {
+        name: np.array(series[f"gain, {name}"]) < -np.array(series[f"error, {name}"])
+        for name in ("paper", "exact")
+    }
+    evidence = (
+        f"Beyond its interval, rollout as in the paper is behind myopic in"
+        f" {behind['paper'].mean():.0%} of the drawn instances, exact rollout in"
+        f" {behind['exact'].mean():.0%}."
+    )
+    chance = 0.05  # of being outside an interval, on both sides
+    if behind["paper"].mean() <= chance:
+        return Verdict.REPRODUCED, evidence
+    if behind["exact"].mean() <= chance:
+        return Verdict.EXPLAINED, f"{evidence} Sampling noise makes the difference."
+    return Verdict.NOT_REPRODUCED, evidence
+
+
+def _hundreds(parts: Parts) -> Judged:
+    most = [row for row in parts["items"].rows if row.label == EXPECTED][-1]
+    evidence = (
+        f"With {most.x:.0f} items, each with a model of its own, a decision of Monte"
+        f" Carlo rollout takes {most.decision_us / 1000:.2f} ms, and earns"
+        f" {shown(most.difference, most.difference_ci95)} more than myopic."
+    )
+    fast, good = most.decision_us < SOON, _order(most) >= 0
+    return (Verdict.REPRODUCED if fast and good else Verdict.NOT_REPRODUCED), evidence

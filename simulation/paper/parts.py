@@ -1,0 +1,342 @@
+"""What is simulated: the paper's four examples, and what lies beyond them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from policies import (
+    Floats,
+    Model,
+    ModelSet,
+    Situation,
+    bound,
+    create,
+    rested,
+    untouched,
+    worth_for_ever,
+)
+from simulation.contender import contenders
+from simulation.course import Course
+from simulation.examples import DISCOUNT, Example, drawn, example
+from simulation.listeners import Listeners
+from simulation.opening import opening
+from simulation.paper.rows import NORMAL, SEED, Entry, Part, Progress, Row, Trial
+from simulation.value import Value, standard_error, value
+
+BELIEF, STATE = "belief", "state"
+MYOPIC, WHITTLE, WHITTLE_MC = "myopic", "Whittle", "Whittle, Monte Carlo"
+PAPER, EXPECTED = "MC rollout, as in the paper", "MC rollout, expected rewards"
+EXACT, SHIPPED = "exact rollout, myopic base", "exact rollout, as shipped"
+FIXED, RANDOM, ROUND_ROBIN = "best fixed item", "random", "round robin"
+PARAMS: Mapping[str, tuple[str, Mapping[str, object]]] = MappingProxyType(
+    {
+        MYOPIC: ("myopic", {}),
+        WHITTLE: ("whittle", {}),
+        WHITTLE_MC: ("whittle_mc", {}),
+        PAPER: ("rollout", {"preset": "paper"}),
+        EXPECTED: ("rollout", {}),
+        EXACT: ("exact_rollout", {"base": "myopic", "horizon": 5, "leaf": "none"}),
+        SHIPPED: ("exact_rollout", {}),
+        FIXED: ("best_fixed", {}),
+        RANDOM: ("random", {}),
+        ROUND_ROBIN: ("round_robin", {}),
+    }
+)
+DEPTHS = {1: 6, 2: 2, 3: 2}  # of the bound
+TRAJECTORIES = (10, 30, 100, 300, 1000, 3000, 10_000)
+HORIZONS = range(1, 11)
+CUTS = (1, 2, 3, 4, 5, 6, 8, 12)  # horizons of the Monte Carlo index
+COUNTS = (5, 15, 50, 150, 500, 1000)  # of items
+MOST_TABLES = 50  # a table of each model is worked out; more would take minutes
+WRONG = (0.0, 0.05, 0.1, 0.2, 0.3, 0.5)  # share of parameters that is
+LEAST_RUNS = 20
+SHORT = 100  # slots of drawn instances: later ones are worth 0.6 % of all
+POINTS = 3000  # of the grids of their bounds
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """How much is simulated. `share`: of the runs of a full reproduction."""
+
+    share: float = 1.0
+
+    def runs(self, full: int) -> int:
+        """Return how many of so many."""
+        return max(round(self.share * full), LEAST_RUNS)
+
+    def count(self, full: int) -> int:
+        """Return how many of so many things that are never just one."""
+        return max(round(self.share * full), 3)
+
+    def thin(self, values: Sequence[int]) -> Sequence[int]:
+        """Return all of some values, or every other one."""
+        return values if self.share == 1 else values[::2]
+
+
+def entry(label: str, runs: int, **params: object) -> Entry:
+    """Return a policy by its label, with some parameters changed."""
+    name, usual = PARAMS[label]
+    return Entry(label, name, {**usual, **params}, runs)
+
+
+def _example(
+    number: int, scale: Scale, progress: Progress, others: Mapping[str, int]
+) -> Part:
+    """Try policies from both starts."""
+    paper = example(number)
+    fast = scale.runs(20_000)
+    entries = [entry(label, fast) for label in (MYOPIC, WHITTLE, FIXED, RANDOM)]
+    entries += [entry(label, scale.runs(runs)) for label, runs in others.items()]
+    start = paper.start
+    rows: list[Row] = []
+    for half, (group, listeners) in enumerate(
+        ((BELIEF, None), (STATE, paper.in_states(start)))
+    ):
+        trial = Trial(group, start, entries, listeners, in_full=True)
+        rows += trial.rows(_within(progress, half, 2))
+    depth = DEPTHS[number] if scale.share == 1 else 1
+    return Part(f"example-{number}", rows, _marks(number, paper, depth))
+
+
+def _within(progress: Progress, place: int, total: int) -> Progress:
+    return lambda share: progress((place + share) / total)
+
+
+def _marks(number: int, paper: Example, depth: int) -> Mapping[str, float]:
+    """Return the upper bound, the best fixed item, and the optimum where it is known.
+
+    Playing item 3 once and then item 4 for ever is optimal in example 2, playing item 1
+    for ever in example 3: these values meet the bound.
+    """
+    start = paper.start
+    fixed = worth_for_ever(start, DISCOUNT)
+    later = worth_for_ever(_rested(start), DISCOUNT)
+    third = float(start.belief[2] @ start.models.like[2])
+    known = {2: third + DISCOUNT * float(later[3]), 3: float(fixed[0])}
+    marks = {
+        "bound": bound(start, DISCOUNT, depth).value,
+        FIXED: float(fixed.max()),
+    }
+    return marks | ({"optimum": known[number]} if number in known else {})
+
+
+def _rested(start: Situation) -> Situation:
+    """Return the items after a slot of rest."""
+    ones = np.ones(len(start.model), dtype=np.int64)
+    belief = rested(start.models, start.model, start.belief, ones)
+    return replace(start, belief=belief)
+
+
+def example_1(scale: Scale, progress: Progress) -> Part:
+    """Structure, it is said; and myopic ahead of rollout."""
+    others = {PAPER: 1500, EXPECTED: 1500, EXACT: 3000, SHIPPED: 1500}
+    return _example(1, scale, progress, others)
+
+
+def example_2(scale: Scale, progress: Progress) -> Part:
+    """No structure; and rollout ahead."""
+    others = {PAPER: 1500, EXPECTED: 1500, EXACT: 3000, SHIPPED: 1500}
+    return _example(2, scale, progress, others)
+
+
+def example_3(scale: Scale, progress: Progress) -> Part:
+    """Rest leads to the second state; and Whittle behind."""
+    others = {PAPER: 1500, WHITTLE_MC: 500, EXACT: 3000, SHIPPED: 1500}
+    return _example(3, scale, progress, others)
+
+
+def noise(scale: Scale, progress: Progress) -> Part:
+    """Example 1, by the number of trajectories."""
+    start = example(1).start
+    rows: list[Row] = []
+    lengths = TRAJECTORIES if scale.share == 1 else TRAJECTORIES[:4]
+    for place, trajectories in enumerate(lengths):
+        for group, label in (("clicks", PAPER), ("expected", EXPECTED)):
+            runs = scale.runs(min(2000, 200_000 // trajectories))
+            entries = [
+                entry(MYOPIC, runs),
+                entry(label, runs, trajectories=trajectories),
+            ]
+            trial = Trial(group, start, entries, x=trajectories)
+            rows += list(trial.rows())[1:]
+        progress((place + 1) / len(lengths))
+    trial = Trial("exact", start, [entry(MYOPIC, 4000), entry(EXACT, scale.runs(3000))])
+    return Part("noise", [*rows, *trial.rows()])
+
+
+def truncation(scale: Scale, progress: Progress) -> Part:
+    """Example 3, by the horizon of the Monte Carlo index."""
+    paper, rows = example(3), list[Row]()
+    start = paper.start
+    cuts = scale.thin(CUTS)
+    for place, horizon in enumerate(cuts):
+        runs = scale.runs(150)
+        entries = [entry(MYOPIC, runs), entry(WHITTLE_MC, runs, horizon=horizon)]
+        for group, listeners in ((BELIEF, None), (STATE, paper.in_states(start))):
+            trial = Trial(group, start, entries, listeners, x=horizon)
+            rows += list(trial.rows())[1:]
+        progress((place + 1) / len(cuts))
+    return Part("truncation", rows)
+
+
+def example_4(scale: Scale, progress: Progress) -> Part:
+    """Drawn instances: by how much rollout is ahead of myopic, in percent."""
+    instances, runs = scale.count(200), scale.runs(40)
+    named = {"myopic": MYOPIC, "paper": PAPER, "exact": EXACT}
+    policies = [create(*PARAMS[label]) for label in named.values()]
+    course = Course(runs, SHORT, DISCOUNT, SEED)
+    found: dict[str, list[Value]] = {name: [] for name in named}
+    gaps: dict[str, list[float]] = {f"gap, {name}": [] for name in named}
+    for seed in range(instances):
+        start = opening(drawn(seed))
+        most = bound(start, DISCOUNT, 0, POINTS).value
+        values = value(contenders(policies, start.models), start, course)
+        for name, each in zip(named, values, strict=True):
+            found[name].append(each)
+            gaps[f"gap, {name}"].append(100 * (1 - each.mean / most))
+        progress((seed + 1) / instances)
+    gains: dict[str, list[float]] = {}
+    for name in ("paper", "exact"):
+        pairs = [*zip(found["myopic"], found[name], strict=True)]
+        shares = [(100 / one.mean, other.difference) for one, other in pairs]
+        gains[f"gain, {name}"] = [share * float(d.mean()) for share, d in shares]
+        errors = [share * NORMAL * standard_error(d) for share, d in shares]
+        gains[f"error, {name}"] = errors
+    rows = [_on_average(label, found[name]) for name, label in named.items()]
+    marks = {"instances": instances, "runs": runs, "slots": SHORT}
+    return Part("example-4", rows, marks, gains | gaps)
+
+
+def _on_average(label: str, values: Sequence[Value]) -> Row:
+    """Return the mean over instances; shares are those of items by their rank."""
+    means = np.array([each.mean for each in values])
+    differences = np.array([each.difference.mean() for each in values])
+    curves = np.array([each.curve for each in values])
+    half = NORMAL * curves.std(axis=0, ddof=1) / np.sqrt(len(values))
+    ranked = np.mean([np.sort(each.shares)[::-1] for each in values], axis=0)
+    return Row(
+        "instances",
+        label,
+        None,
+        sum(len(each.rewards) for each in values),
+        float(means.mean()),
+        NORMAL * standard_error(means),
+        float(differences.mean()),
+        NORMAL * standard_error(differences),
+        float(np.median([each.decision_us for each in values])),
+        ranked.tolist(),
+        np.round(curves.mean(axis=0), 6).tolist(),
+        np.round(half, 6).tolist(),
+    )
+
+
+def items(scale: Scale, progress: Progress) -> Part:
+    """More and more drawn items, each with a model of its own."""
+    rows: list[Row] = []
+    counts = scale.thin(COUNTS)
+    for place, count in enumerate(counts):
+        start, runs = opening(drawn(0, count)), scale.runs(100)
+        few = (WHITTLE, SHIPPED) if count <= MOST_TABLES else ()
+        entries = [entry(label, runs) for label in (MYOPIC, EXPECTED, EXACT, *few)]
+        trial = Trial("items", start, entries, slots=SHORT, x=count)
+        rows += trial.rows()
+        progress((place + 1) / len(counts))
+    return Part("items", rows)
+
+
+def horizon(scale: Scale, progress: Progress) -> Part:
+    """Further and further ahead, exactly."""
+    rows: list[Row] = []
+    lengths = scale.thin(HORIZONS)
+    for place, length in enumerate(lengths):
+        runs = scale.runs(2000 // length)
+        for number in (1, 2, 3):
+            entries = [entry(MYOPIC, runs), entry(EXACT, runs, horizon=length)]
+            trial = Trial(f"example {number}", example(number).start, entries, x=length)
+            rows += list(trial.rows())[1:]
+        progress((place + 1) / len(lengths))
+    return Part("horizon", rows)
+
+
+def robustness(scale: Scale, progress: Progress) -> Part:
+    """Example 2, planned with parameters that are ever more wrong."""
+    true = example(2).models
+    models = ModelSet.of(true)
+    mistakes, runs = scale.count(12), scale.runs(60)
+    labels = (MYOPIC, WHITTLE, EXACT, SHIPPED, FIXED, ROUND_ROBIN)
+    rows: list[Row] = []
+    shares = WRONG if scale.share == 1 else WRONG[::2]
+    for place, share in enumerate(shares):
+        found: list[Sequence[Row]] = []
+        for seed in range(mistakes):
+            start = opening(mistaken(true, share, seed))
+            listeners = Listeners(models, untouched(models, 0))
+            entries = [entry(label, runs) for label in labels]
+            trial = Trial("robustness", start, entries, listeners, SHORT, share)
+            found.append(list(trial.rows()))
+        rows += [_over(mistake) for mistake in zip(*found, strict=True)]
+        progress((place + 1) / len(shares))
+    return Part("robustness", rows)
+
+
+def mistaken(models: Sequence[Model], share: float, seed: int) -> Sequence[Model]:
+    """Mix what is true of models with chance: of that weight, in every row.
+
+    Chances of a like move towards random ones as much.
+    """
+    rng = np.random.default_rng([seed, 7])
+
+    def wrong(rows: Floats) -> Floats:
+        ones = np.ones(rows.shape[-1])
+        mixed: Floats = (1 - share) * rows + share * rng.dirichlet(
+            ones, rows.shape[:-1]
+        )
+        return mixed
+
+    return [
+        Model(
+            model.states,
+            wrong(model.play),
+            wrong(model.rest),
+            (1 - share) * model.like + share * rng.random(len(model.like)),
+            wrong(model.prior),
+        )
+        for model in models
+    ]
+
+
+def _over(rows: Sequence[Row]) -> Row:
+    """Return the mean of rows that differ by the mistakes alone."""
+    means = np.array([row.mean for row in rows])
+    differences = np.array([row.difference for row in rows])
+    return replace(
+        rows[0],
+        runs=sum(row.runs for row in rows),
+        mean=float(means.mean()),
+        ci95=NORMAL * standard_error(means),
+        difference=float(differences.mean()),
+        difference_ci95=NORMAL * standard_error(differences),
+        decision_us=float(np.median([row.decision_us for row in rows])),
+    )
+
+
+PARTS: Mapping[str, Callable[[Scale, Progress], Part]] = MappingProxyType(
+    {
+        "example-1": example_1,
+        "noise": noise,
+        "example-2": example_2,
+        "example-3": example_3,
+        "truncation": truncation,
+        "example-4": example_4,
+        "items": items,
+        "horizon": horizon,
+        "robustness": robustness,
+    }
+)
+
+
+def simulated(name: str, scale: Scale, progress: Progress) -> Part:
+    """Simulate a part."""
+    return PARTS[name](scale, progress)

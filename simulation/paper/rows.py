@@ -1,0 +1,163 @@
+"""What was found, in a form that files keep."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from math import hypot
+from typing import Any
+
+import numpy as np
+
+from policies import Floats, Situation, create
+from simulation.contender import contenders
+from simulation.course import Course, slots_of
+from simulation.examples import DISCOUNT
+from simulation.listeners import Listeners
+from simulation.value import Value, standard_error, value
+
+NORMAL = 1.96  # standard errors on either side of a mean
+SEED = 1
+
+Progress = Callable[[float], object]
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A policy that is tried, and how often."""
+
+    label: str
+    name: str
+    params: Mapping[str, object]
+    runs: int
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What a policy earned, in discounted rewards.
+
+    Attributes:
+        group: of rows that belong together: a start, or a line of a figure.
+        label: of the policy.
+        x: where the row stands on a line, if it does.
+        runs: simulated users.
+        mean: of what they earned; of fewer users than met the first policy of the
+            group, what that earned and the difference to it.
+        ci95: half the width of a 95 % interval of the mean.
+        difference: to the first policy, over the same users.
+        difference_ci95: half the width of its interval.
+        decision_us: median time of a decision, in microseconds.
+        shares: of all plays, by item.
+        curve: mean of what was earned by the end of each slot.
+        curve_ci95: half the widths of the intervals.
+    """
+
+    group: str
+    label: str
+    x: float | None
+    runs: int
+    mean: float
+    ci95: float
+    difference: float
+    difference_ci95: float
+    decision_us: float
+    shares: Sequence[float] = ()
+    curve: Sequence[float] = ()
+    curve_ci95: Sequence[float] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One part of the reproduction.
+
+    Attributes:
+        name: of the part.
+        rows: what policies earned.
+        marks: single numbers, by name.
+        series: several of a kind, by name.
+    """
+
+    name: str
+    rows: Sequence[Row]
+    marks: Mapping[str, float] = field(default_factory=dict)
+    series: Mapping[str, Sequence[float]] = field(default_factory=dict)
+
+    def plain(self) -> dict[str, Any]:
+        """Return what JSON can hold."""
+        return asdict(self)
+
+    @classmethod
+    def of(cls, plain: Mapping[str, Any]) -> "Part":
+        """Return the part that `plain` was made from."""
+        rows = [Row(**row) for row in plain["rows"]]
+        return cls(plain["name"], rows, plain["marks"], plain["series"])
+
+    def group(self, name: str) -> Sequence[Row]:
+        """Return the rows of a group."""
+        return [row for row in self.rows if row.group == name]
+
+    def row(self, group: str, label: str, x: float | None = None) -> Row:
+        """Return the row of a policy in a group, where `x` says."""
+        [found] = [
+            row for row in self.group(group) if row.label == label and row.x == x
+        ]
+        return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """Policies before the same listeners.
+
+    Attributes:
+        group: of the rows.
+        start: as policies believe it.
+        entries: the first is what others are compared with.
+        listeners: None: as believed.
+        slots: None: as many as count.
+        x: where the rows stand on a line.
+        in_full: whether shares and curves are kept.
+    """
+
+    group: str
+    start: Situation
+    entries: Sequence[Entry]
+    listeners: Listeners | None = None
+    slots: int | None = None
+    x: float | None = None
+    in_full: bool = False
+
+    def rows(self, progress: Progress = lambda _share: None) -> Iterator[Row]:
+        """Try the policies, one after the other."""
+        policies = [create(entry.name, entry.params) for entry in self.entries]
+        ready = contenders(policies, self.start.models)
+        slots = self.slots or slots_of(DISCOUNT)
+        first: Floats | None = None
+        for number, (entry, contender) in enumerate(
+            zip(self.entries, ready, strict=True)
+        ):
+            course = Course(entry.runs, slots, DISCOUNT, SEED)
+            [found] = value([contender], self.start, course, self.listeners)
+            first = found.rewards if first is None else first
+            yield self._row(entry, found, first)
+            progress((number + 1) / len(ready))
+
+    def _row(self, entry: Entry, found: Value, first: Floats) -> Row:
+        runs = len(found.rewards)
+        difference = found.rewards - first[:runs]
+        error = standard_error(difference)
+        mean, spread = found.mean, found.error
+        if runs < len(first):  # the first is known better, and so is the difference
+            mean = float(first.mean() + difference.mean())
+            spread = hypot(standard_error(first), error)
+        return Row(
+            self.group,
+            entry.label,
+            self.x,
+            runs,
+            mean,
+            NORMAL * spread,
+            float(difference.mean()),
+            NORMAL * error,
+            found.decision_us,
+            found.shares.tolist() if self.in_full else (),
+            np.round(found.curve, 6).tolist() if self.in_full else (),
+            np.round(NORMAL * found.curve_error, 6).tolist() if self.in_full else (),
+        )
