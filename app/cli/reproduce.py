@@ -1,10 +1,12 @@
 """`encore reproduce`: the paper's examples, simulated anew, as tables and figures."""
 
 import json
+import multiprocessing
 import os
 import platform
+import signal
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,13 +14,14 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.progress import Progress, TaskID
 
 from app import __version__
 from app.cli.console import Failed, note, progress, say
-from simulation.paper import PARTS, Part, Scale, simulated
+from simulation.paper import PARTS, Part, Scale
 
 QUICK = 0.05  # of the runs
+LOOK = 0.2  # seconds between two looks at how far the parts are
+FOLDERS = ("figures", "results", "tables")
 
 Out = Annotated[Path, typer.Option("--out", help="Folder to write to.")]
 Quick = Annotated[
@@ -38,6 +41,28 @@ class Work:
         """What kept results must be of, to be taken."""
         return {"version": __version__, "share": self.scale.share}
 
+    def kept(self, name: str) -> Part | None:
+        """A part that was simulated before, at this scale and by this release."""
+        file = self._file(name)
+        if not file.exists():
+            return None
+        plain = json.loads(file.read_text())
+        if plain["made_by"] == self.made_by:
+            return Part.of(plain["part"])
+        note(f"{file} is of another release or scale: it is simulated anew.")
+        return None
+
+    def keep(self, part: Part) -> None:
+        """Keep a part, whole or not at all."""
+        file = self._file(part.name)
+        beside = file.with_suffix(".new")
+        plain = {"made_by": self.made_by, "part": part.plain()}
+        beside.write_text(json.dumps(plain) + "\n")
+        beside.replace(file)
+
+    def _file(self, name: str) -> Path:
+        return self.folder / f"{name}.json"
+
 
 def command(*, out: Out = Path("paper"), quick: Quick = False) -> None:
     """Reproduce the paper: simulate its examples, judge its claims, draw its figures.
@@ -50,19 +75,17 @@ def command(*, out: Out = Path("paper"), quick: Quick = False) -> None:
     except ModuleNotFoundError as error:
         message = f"{error.name} is missing: pip install 'encore[paper]'."
         raise Failed(message) from error
-    work = Work(Scale(QUICK) if quick else Scale(), out / "results")
-    for folder in ("figures", "results", "tables"):
+    for folder in FOLDERS:
         _make(out / folder)
-    parts, seconds = {}, 0.0
+    began = time.monotonic()
+    parts = _parts(Work(Scale(QUICK) if quick else Scale(), out / "results"))
     with progress() as bar:
-        for name in PARTS:
-            parts[name], took = _part(work, name, bar)
-            seconds += took
         drawing = bar.add_task("figures", total=len(PARTS))
         for _ in figures.draw(parts, out / "figures"):
             bar.advance(drawing)
-    report.write(parts, out, _made(seconds, quick=quick))
-    say(f"{out / 'report.md'}, {out / 'report.html'}")
+    report.write(parts, out, _made(quick=quick))
+    minutes = (time.monotonic() - began) / 60
+    say(f"{out / 'report.md'}, {out / 'report.html'}, after {minutes:.1f} minutes")
 
 
 def _make(folder: Path) -> None:
@@ -72,34 +95,58 @@ def _make(folder: Path) -> None:
         raise Failed(f"{folder} cannot be made: {error.strerror}.", status=2) from error
 
 
-def _part(work: Work, name: str, bar: Progress) -> tuple[Part, float]:
-    """A part and the seconds that it took: as it was kept, or simulated now."""
-    file = work.folder / f"{name}.json"
-    if file.exists():
-        kept = json.loads(file.read_text())
-        if kept["made_by"] == work.made_by:
-            return Part.of(kept["part"]), kept["seconds"]
-        note(f"{file} is of another release or scale, and simulated anew.")
-    task = bar.add_task(name, total=100)
-    began = time.monotonic()
-    part = simulated(name, work.scale, partial(_tell, bar, task))
-    seconds = time.monotonic() - began
-    bar.remove_task(task)
-    kept = {"made_by": work.made_by, "seconds": seconds, "part": part.plain()}
-    beside = file.with_suffix(".new")
-    beside.write_text(json.dumps(kept) + "\n")
-    beside.replace(file)
-    return part, seconds
-
-
-def _tell(bar: Progress, task: TaskID, share: float) -> None:
-    bar.update(task, completed=int(100 * share))
-
-
-def _made(seconds: float, *, quick: bool) -> str:
+def _made(*, quick: bool) -> str:
     asked = "encore reproduce --quick" if quick else "encore reproduce"
     return (
-        f"Made by `{asked}` of Encore {__version__} in {seconds / 60:.0f} minutes on"
-        f" {os.cpu_count()} cores ({platform.machine()}, Python"
-        f" {platform.python_version()}, NumPy {np.__version__})."
+        f"Made by `{asked}` of Encore {__version__} (Python"
+        f" {platform.python_version()}, NumPy {np.__version__}, {platform.machine()})."
     )
+
+
+def _parts(work: Work) -> Mapping[str, Part]:
+    """All parts: those that were kept, and those that are simulated now."""
+    kept = {name: part for name in PARTS if (part := work.kept(name)) is not None}
+    missing = [name for name in PARTS if name not in kept]
+    if missing:
+        _simulate(work, missing)
+    found = {name: kept.get(name) or work.kept(name) for name in PARTS}
+    return {name: part for name, part in found.items() if part is not None}
+
+
+def _simulate(work: Work, names: Sequence[str]) -> None:
+    """Simulate parts, as many at a time as there are processors."""
+    spawned = multiprocessing.get_context("spawn")
+    shares = spawned.Array("d", len(names))
+    processes = min(len(names), os.cpu_count() or 1)
+    with progress() as bar, spawned.Pool(processes, _begin, (shares,)) as pool:
+        tasks = [bar.add_task(name, total=100) for name in names]
+        waiting = [
+            pool.apply_async(_simulate_one, (work, name, place))
+            for place, name in enumerate(names)
+        ]
+        for result in waiting:
+            while not result.ready():
+                result.wait(LOOK)
+                for task, share in zip(tasks, shares, strict=True):
+                    bar.update(task, completed=int(100 * share))
+            result.get()
+
+
+class _Shares:
+    """How far each part is, told by the processes that simulate them."""
+
+    of_parts: "multiprocessing.sharedctypes.SynchronizedArray[float]"
+
+
+def _begin(shares: "multiprocessing.sharedctypes.SynchronizedArray[float]") -> None:
+    """Prepare a process: it ends with the command, which hears of Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _Shares.of_parts = shares
+
+
+def _simulate_one(work: Work, name: str, place: int) -> None:
+    work.keep(PARTS[name](work.scale, partial(_tell, place)))
+
+
+def _tell(place: int, share: float) -> None:
+    _Shares.of_parts[place] = share

@@ -6,7 +6,7 @@ paper says by what was found, `figures` draws, `report` writes.
 """
 
 from simulation.paper.claims import Claim, claims
-from simulation.paper.parts import PARTS, Scale, simulated
+from simulation.paper.parts import PARTS, Scale
 from simulation.paper.rows import Part, Row
 
-__all__ = ["PARTS", "Claim", "Part", "Row", "Scale", "claims", "simulated"]
+__all__ = ["PARTS", "Claim", "Part", "Row", "Scale", "claims"]

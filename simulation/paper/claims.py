@@ -191,8 +191,8 @@ def _structure(_parts: Parts) -> Judged:
     models = example(1).models
     matrices = {f"P1 of item {n}": model.play for n, model in enumerate(models, 1)}
     matrices["P0"] = models[0].rest
-    unordered = [name for name, matrix in matrices.items() if not _monotone(matrix)]
-    positive = [name for name, matrix in matrices.items() if _tp2(matrix)]
+    unordered = [name for name, matrix in matrices.items() if not is_monotone(matrix)]
+    positive = [name for name, matrix in matrices.items() if is_tp2(matrix)]
     tied = [
         f"item {n}"
         for n, model in enumerate(models, 1)
@@ -211,13 +211,13 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join(names) or "none"
 
 
-def _monotone(matrix: Floats) -> bool:
+def is_monotone(matrix: Floats) -> bool:
     """Say whether each row is stochastically above the one before it."""
     tails = np.cumsum(matrix[:, ::-1], axis=1)
     return bool((np.diff(tails, axis=0) >= -SLACK).all())
 
 
-def _tp2(matrix: Floats) -> bool:
+def is_tp2(matrix: Floats) -> bool:
     """Say whether no 2 by 2 minor is negative."""
     rows, columns = np.triu_indices(len(matrix), 1), np.triu_indices(len(matrix), 1)
     return all(

@@ -1,4 +1,7 @@
-"""What is simulated: the paper's four examples, and what lies beyond them."""
+"""What is simulated: the paper's four examples, and what lies beyond them.
+
+A part takes one processor: they are simulated beside each other.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -131,19 +134,19 @@ def _rested(start: Situation) -> Situation:
 
 def example_1(scale: Scale, progress: Progress) -> Part:
     """Structure, it is said; and myopic ahead of rollout."""
-    others = {PAPER: 1500, EXPECTED: 1500, EXACT: 3000, SHIPPED: 1500}
+    others = {PAPER: 1000, EXPECTED: 1000, EXACT: 3000, SHIPPED: 1000}
     return _example(1, scale, progress, others)
 
 
 def example_2(scale: Scale, progress: Progress) -> Part:
     """No structure; and rollout ahead."""
-    others = {PAPER: 1500, EXPECTED: 1500, EXACT: 3000, SHIPPED: 1500}
+    others = {PAPER: 1000, EXPECTED: 1000, EXACT: 3000, SHIPPED: 1000}
     return _example(2, scale, progress, others)
 
 
 def example_3(scale: Scale, progress: Progress) -> Part:
     """Rest leads to the second state; and Whittle behind."""
-    others = {PAPER: 1500, WHITTLE_MC: 500, EXACT: 3000, SHIPPED: 1500}
+    others = {PAPER: 1000, WHITTLE_MC: 300, EXACT: 3000, SHIPPED: 1000}
     return _example(3, scale, progress, others)
 
 
@@ -154,7 +157,7 @@ def noise(scale: Scale, progress: Progress) -> Part:
     lengths = TRAJECTORIES if scale.share == 1 else TRAJECTORIES[:4]
     for place, trajectories in enumerate(lengths):
         for group, label in (("clicks", PAPER), ("expected", EXPECTED)):
-            runs = scale.runs(min(2000, 200_000 // trajectories))
+            runs = scale.runs(min(1000, 100_000 // trajectories))
             entries = [
                 entry(MYOPIC, runs),
                 entry(label, runs, trajectories=trajectories),
@@ -162,7 +165,7 @@ def noise(scale: Scale, progress: Progress) -> Part:
             trial = Trial(group, start, entries, x=trajectories)
             rows += list(trial.rows())[1:]
         progress((place + 1) / len(lengths))
-    trial = Trial("exact", start, [entry(MYOPIC, 4000), entry(EXACT, scale.runs(3000))])
+    trial = Trial("exact", start, [entry(MYOPIC, 3000), entry(EXACT, scale.runs(3000))])
     return Part("noise", [*rows, *trial.rows()])
 
 
@@ -192,7 +195,8 @@ def example_4(scale: Scale, progress: Progress) -> Part:
     for seed in range(instances):
         start = opening(drawn(seed))
         most = bound(start, DISCOUNT, 0, POINTS).value
-        values = value(contenders(policies, start.models), start, course)
+        ready = contenders(policies, start.models)
+        values = value(ready, start, course, threads=1)
         for name, each in zip(named, values, strict=True):
             found[name].append(each)
             gaps[f"gap, {name}"].append(100 * (1 - each.mean / most))
@@ -335,8 +339,3 @@ PARTS: Mapping[str, Callable[[Scale, Progress], Part]] = MappingProxyType(
         "robustness": robustness,
     }
 )
-
-
-def simulated(name: str, scale: Scale, progress: Progress) -> Part:
-    """Simulate a part."""
-    return PARTS[name](scale, progress)

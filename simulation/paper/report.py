@@ -136,6 +136,9 @@ def page(text: str) -> str:
     body = MarkdownIt("commonmark").enable("table").render(text)
     body = body.replace("<table>", '<div class="wide"><table>')
     body = body.replace("</table>", "</table></div>").replace(".png", ".svg")
+    for title, _ in SECTIONS.values():
+        heading = f"<h2>{escape(title)}</h2>"
+        body = body.replace(heading, f'<h2 id="{anchor(title)}"{heading[3:]}')
     return (
         f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -161,12 +164,13 @@ def _head(found: Sequence[Claim], made: str) -> Iterator[str]:
     yield "| --- | --- | --- | --- |"
     for claim in found:
         title = SECTIONS[claim.figure].title
-        link = f"[{title}](#{_anchor(title)})"
+        link = f"[{title}](#{anchor(title)})"
         yield f"| {claim.claim} | **{claim.verdict}** | {claim.evidence} | {link} |"
     yield ""
 
 
-def _anchor(title: str) -> str:
+def anchor(title: str) -> str:
+    """Return the name of a section in links, as most readers of Markdown make it."""
     kept = (letter for letter in title.lower() if letter.isalnum() or letter in " -")
     return "".join(kept).replace(" ", "-")
 

@@ -134,7 +134,7 @@ class Trial:
             zip(self.entries, ready, strict=True)
         ):
             course = Course(entry.runs, slots, DISCOUNT, SEED)
-            [found] = value([contender], self.start, course, self.listeners)
+            [found] = value([contender], self.start, course, self.listeners, threads=1)
             first = found.rewards if first is None else first
             yield self._row(entry, found, first)
             progress((number + 1) / len(ready))

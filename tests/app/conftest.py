@@ -1,6 +1,8 @@
 """Both databases, migrated; a service on each."""
 
+import fcntl
 import itertools
+import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,8 +22,15 @@ NUMBERS = itertools.count()
 
 @pytest.fixture(scope="session", autouse=True)
 def _compiled() -> None:
-    """Compile before the first service starts: its clients do not wait for ever."""
-    warm_up()
+    """Compile before the first service starts: its clients do not wait for ever.
+
+    One worker does so, and the others take it from the cache.
+    """
+    folder = Path(os.environ["NUMBA_CACHE_DIR"])
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        warm_up()
 
 
 @pytest.fixture(scope="session")
