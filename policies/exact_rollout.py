@@ -43,6 +43,8 @@ LEAVES = {"none": NO_LEAF, "base": ITEM_LEAF, "lagrangian": SUM_LEAF}
 MOST_FUTURES = 4096  # of one play, however many signals there are
 FEW_FUTURES = 256  # of the plays that fill a slot up
 MOST_TRIED = 100_000  # first plays and their answers
+MOST_PLAYS = 300_000  # imagined in all, but for those that are pruned
+PLAY = 0.1  # microseconds
 
 
 class Plan(NamedTuple):
@@ -98,7 +100,7 @@ class ExactRollout:
     horizon: Annotated[
         int,
         Bounds(1, 12),
-        "plays of the base policy; fewer if there would be more than 4096 futures",
+        "plays of the base policy; fewer where there would be too many futures",
     ] = 3
     depth: Annotated[
         int, Bounds(1, 3), "first plays that are chosen by trying all of them"
@@ -165,10 +167,10 @@ class ExactRollout:
         plays = self.horizon + 1
         if self.leaf == "lagrangian":
             plays = max(plays, min(situation.slate.plays, FEW_FUTURES.bit_length()))
-        tree = len(self.bases) * 0.1 * 2.0**plays
         tried = min(groups, 20) * (2.0 * groups) ** (self.depth - 1)
+        imagined = min(tried * 2.0**plays, MOST_PLAYS)
         each = 0.4 if self.table_discount is None else 1.6
-        return 10.0 + each * groups + tried * tree
+        return 10.0 + each * groups + len(self.bases) * PLAY * imagined
 
 
 def _next_reward(models: ModelSet) -> Floats:
@@ -183,24 +185,34 @@ def _next_reward(models: ModelSet) -> Floats:
 def _scored(
     bases: Bases, plan: Plan, steps: Moves, situation: Situation, seed: int
 ) -> Floats | Mixture:
-    depth = _affordable(plan, situation)
-    levels = plan.levels - plan.depth + depth
-    if plan.leaf == SUM_LEAF:  # all items have to stand in one slot
-        more = _until_the_slot_ends(levels, situation)
-        if more > 0 and plan.signals ** (levels + more - depth) > FEW_FUTURES:
-            return by_advantage(bases.relaxation)(situation, seed)
-        levels += more
-    plan = plan._replace(depth=depth, levels=levels)
+    fitted = _fitted(plan, situation)
+    if fitted is None:
+        return by_advantage(bases.relaxation)(situation, seed)
     imagined = bases.imagined(situation)
-    return _scores(plan, imagined, steps, groups_of(situation), now_of(situation))
+    return _scores(fitted, imagined, steps, groups_of(situation), now_of(situation))
 
 
-def _affordable(plan: Plan, situation: Situation) -> int:
-    """Return D, or less where too many first plays and answers would be tried."""
-    depth, branches = plan.depth, len(situation.model) * plan.signals
-    while depth > 1 and branches**depth > MOST_TRIED:
-        depth -= 1
-    return depth
+def _fitted(plan: Plan, situation: Situation) -> Plan | None:
+    """Return a plan that looks no further than it may, in a situation.
+
+    With the leaf "lagrangian" all items have to stand in one slot: a path goes on to
+    the end of a slot. None: then it has too many futures.
+    """
+    follow, branches = plan.levels - plan.depth, len(situation.model) * plan.signals
+    for depth in range(plan.depth, 0, -1):
+        tried = branches**depth
+        if depth > 1 and tried > MOST_TRIED:
+            continue
+        after = follow
+        while after > 1 and tried * plan.signals**after > MOST_PLAYS:
+            after -= 1
+        if plan.leaf != SUM_LEAF:
+            return plan._replace(depth=depth, levels=depth + after)
+        more = _until_the_slot_ends(depth + after, situation)
+        futures = plan.signals ** (after + more)
+        if more == 0 or (futures <= FEW_FUTURES and tried * futures <= MOST_PLAYS):
+            return plan._replace(depth=depth, levels=depth + after + more)
+    return None
 
 
 def _until_the_slot_ends(levels: int, situation: Situation) -> int:

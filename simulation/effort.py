@@ -1,6 +1,9 @@
 """What trying policies will take."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from policies import Policy, Situation
 from simulation.contender import AT_ONCE
@@ -18,9 +21,22 @@ def seconds(policies: Sequence[Policy], start: Situation, course: Course) -> flo
     tables = TABLE * len(discounts) * len(start.models.states)
     decisions = course.runs * course.slots
     moving = ROW * rows_of(start, course.slots)
+    usual = _grown(start, course)
     deciding = sum(
-        AROUND + policy.cost(start)
+        AROUND + policy.cost(usual)
         for policy in policies
         if not isinstance(policy, AT_ONCE)
     )
     return tables + decisions * (len(policies) * moving + deciding) / 1e6
+
+
+def _grown(start: Situation, course: Course) -> Situation:
+    """Return what a run comes to: the items that were played stand for themselves."""
+    groups = np.arange(rows_of(start, course.slots)) % len(start.model)
+    return replace(
+        start,
+        model=start.model[groups],
+        belief=start.belief[groups],
+        count=np.ones(len(groups), dtype=np.int64),
+        rested=start.rested[groups],
+    )

@@ -78,7 +78,7 @@ def command(*, out: Out = Path("paper"), quick: Quick = False) -> None:
     for folder in FOLDERS:
         _make(out / folder)
     began = time.monotonic()
-    parts = _parts(Work(Scale(QUICK) if quick else Scale(), out / "results"))
+    parts = parts_of(Work(Scale(QUICK) if quick else Scale(), out / "results"))
     with progress() as bar:
         drawing = bar.add_task("figures", total=len(PARTS))
         for _ in figures.draw(parts, out / "figures"):
@@ -103,7 +103,7 @@ def _made(*, quick: bool) -> str:
     )
 
 
-def _parts(work: Work) -> Mapping[str, Part]:
+def parts_of(work: Work) -> Mapping[str, Part]:
     """All parts: those that were kept, and those that are simulated now."""
     kept = {name: part for name in PARTS if (part := work.kept(name)) is not None}
     missing = [name for name in PARTS if name not in kept]
@@ -127,7 +127,7 @@ def _simulate(work: Work, names: Sequence[str]) -> None:
         for result in waiting:
             while not result.ready():
                 result.wait(LOOK)
-                for task, share in zip(tasks, shares, strict=True):
+                for task, share in zip(tasks, shares[:], strict=True):
                     bar.update(task, completed=int(100 * share))
             result.get()
 

@@ -18,6 +18,7 @@ from app.cli.console import note
 from app.cli.session import DatabaseUrl, configured, opened
 from app.main import create_app
 from app.services import warming
+from app.services.beside import beside
 from app.settings import Settings
 
 GRACE = 30  # seconds that requests have to end in once the service is to stop
@@ -77,7 +78,8 @@ def serve_alone(settings: Settings) -> None:
 def serve_together(settings: Settings) -> None:
     """Serve with several processes, which find the decision code compiled."""
     logs.configure(settings.log_level)
-    warming.warm_up()
+    logger.info("compiling")
+    beside(warming.warm_up).result()
     taken = sockets.listen(settings.host, settings.port)
     logger.info("serving", address=sockets.address(taken), workers=settings.workers)
     with tempfile.TemporaryDirectory(prefix="encore-metrics-") as metrics:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -16,6 +17,7 @@ from app.cli.importing import FormatOption, refused
 from app.cli.session import DatabaseUrl, Session, configured, perform
 from app.errors import InvalidImport, TooLargeToBound
 from app.services import bounds, entrants, model_imports, openings, trials
+from app.services.beside import beside
 from app.services.entrants import Entrant
 from app.services.formats import Format, json_object
 from app.services.openings import Opening
@@ -129,8 +131,8 @@ def command(
         _alone("--models", database_url=database_url)
         opening = _of_files(models, items, format_)
     else:
-        if items is not None:
-            raise Failed("--items goes with --models.", status=2)
+        _needs_models("--items", items)
+        _needs_models("--format", format_)
         opening, wanted = _of_database(database_url, wanted, usual=not given)
     setting = Setting(wanted, opening, course, states, score)
     _warn(setting, depth)
@@ -155,7 +157,7 @@ def _entrant(text: str, discount: float) -> Entrant:
     try:
         return entrants.entrant(name, json_object(given or "{}"), discount)
     except ValueError as error:
-        raise Failed(f"--policy {name}: {error}.", status=2) from error
+        raise Failed(f"--policy {name or text}: {error}.", status=2) from error
 
 
 def _in_file(file: Path, discount: float) -> Sequence[Entrant]:
@@ -180,6 +182,11 @@ def _alone(option: str, **others: object) -> None:
         if value is not None:
             other = name.replace("_", "-")
             raise Failed(f"{option} does not go with --{other}.", status=2)
+
+
+def _needs_models(option: str, value: object) -> None:
+    if value is not None:
+        raise Failed(f"{option} goes with --models.", status=2)
 
 
 def _of_files(models: Path, items: Path | None, format_: Format | None) -> Opening:
@@ -241,10 +248,12 @@ def _tried(setting: Setting, depth: int) -> Trial:
         if setting.start is Start.BELIEF:
             waiting = bar.add_task("bound", total=None)
             discount, limits = setting.course.discount, bounds.OF_A_COMMAND
-            most = bounds.certified(setting.opening, discount, depth, limits)
+            work = partial(bounds.certified, setting.opening, discount, depth, limits)
+            most = beside(work).result()
             bar.remove_task(waiting)
         preparing, playing = (_shown(bar, what) for what in ("index tables", "users"))
-        values = trials.tried(setting, preparing, playing)
+        ready = beside(partial(trials.prepared, setting, preparing)).result()
+        values = trials.tried(setting, ready, playing)
     return trials.reported(setting, depth, most, values)
 
 

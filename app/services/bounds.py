@@ -70,7 +70,7 @@ def outlook(store: Store, live: Live, discount: float | None, depth: int) -> Out
             best_fixed(opening, worth),
         )
 
-    return store.aside(look)
+    return store.in_turn(look)
 
 
 def certified(opening: Opening, discount: float, depth: int, limits: Limits) -> Bound:

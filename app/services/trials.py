@@ -2,13 +2,14 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from app.services.entrants import Entrant
 from app.services.openings import Opening
 from policies import MOST_DISCOUNT, Bound
 from simulation import (
+    Contender,
     Course,
     Listeners,
     Value,
@@ -21,6 +22,7 @@ from simulation import (
 )
 
 Progress = Callable[[float], object]
+TOGETHER = 0.5  # what another processor adds, of the first
 NORMAL = 1.96  # standard errors on either side of a mean
 
 
@@ -81,7 +83,7 @@ class Setting:
         """Roughly what a trial takes."""
         policies = [each.policy for each in self.entrants]
         alone = seconds(policies, self.opening.situation, self.course)
-        return alone / (os.cpu_count() or 1)
+        return alone / (1 + TOGETHER * ((os.cpu_count() or 1) - 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,12 +136,21 @@ class Trial:
     policies: Sequence[Tried]
 
 
-def tried(setting: Setting, preparing: Progress, playing: Progress) -> Sequence[Value]:
-    """What each policy earns."""
+def prepared(setting: Setting, progress: Progress) -> Sequence[Contender]:
+    """Make policies ready, their code compiled."""
     policies = [each.policy for each in setting.entrants]
     start = setting.opening.situation
-    ready = contenders(policies, start.models, progress=preparing)
-    return value(ready, start, setting.course, setting.listeners, progress=playing)
+    ready = contenders(policies, start.models, progress=progress)
+    value(ready, start, replace(setting.course, runs=2, slots=1), setting.listeners)
+    return ready
+
+
+def tried(
+    setting: Setting, ready: Sequence[Contender], progress: Progress
+) -> Sequence[Value]:
+    """What each policy earns."""
+    start = setting.opening.situation
+    return value(ready, start, setting.course, setting.listeners, progress=progress)
 
 
 def reported(

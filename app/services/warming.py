@@ -1,11 +1,11 @@
 """Compiles the decision code ahead of the first request."""
 
 import asyncio
-import threading
 from collections.abc import Sequence
-from concurrent.futures import Future
+from functools import partial
 
 from app.errors import NotReady
+from app.services.beside import beside
 from app.services.live import find_policy
 from app.services.policy_catalogue import made
 from app.storage import revision
@@ -24,17 +24,5 @@ def in_force(store: Store) -> list[Policy]:
 
 
 async def compiled(policies: Sequence[Policy]) -> None:
-    """Wait for the compiler, in a thread that the end of the service does not await."""
-    done: Future[None] = Future()
-
-    def work() -> None:
-        try:
-            warm_up(policies)
-        except Exception as error:  # noqa: BLE001 - it is raised where it is awaited
-            done.set_exception(error)
-        else:
-            done.set_result(None)
-
-    done.set_running_or_notify_cancel()
-    threading.Thread(target=work, name="compiler", daemon=True).start()
-    await asyncio.wrap_future(done)
+    """Wait for the compiler, which the end of the service does not await."""
+    await asyncio.wrap_future(beside(partial(warm_up, policies)))

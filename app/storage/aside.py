@@ -13,16 +13,16 @@ from app.errors import Overloaded
 T = TypeVar("T")
 
 THREADS = os.cpu_count() or 1
-WAITING = 64 * THREADS
+WAITING = 64  # for each thread
 
 
 class Aside:
-    """As many threads as processors; what would wait too long behind them is refused.
+    """Some threads; what would wait too long behind them is refused.
 
     Compiled code runs in them without the interpreter's lock.
     """
 
-    def __init__(self, threads: int = THREADS, most: int = WAITING) -> None:
+    def __init__(self, threads: int = THREADS, most: int = WAITING * THREADS) -> None:
         self._executor = ThreadPoolExecutor(threads, thread_name_prefix="aside")
         self._most = most
         self._taken = 0

@@ -25,6 +25,7 @@ T = TypeVar("T")
 ATTEMPTS = 64
 TRANSIENT = {"40001", "40P01"}  # serialization failure, deadlock
 WRITER_CONNECTIONS = 4
+TURNS = 8  # computations of seconds that run or wait
 
 
 class _Engines(Protocol):
@@ -50,12 +51,13 @@ class Database:
             engines.apply, limit=settings.queue_limit, side_door=not settings.on_sqlite
         )
         self._aside = Aside()
+        self._in_turn = Aside(threads=1, most=TURNS)
         self._turn = asyncio.Lock()
 
     async def run(self, work: Callable[[Store], T]) -> T:
         """Run a unit of work until it stands; its result is told after the commit."""
         for _ in range(ATTEMPTS):
-            store = Store(self._engines.connect, self._aside)
+            store = Store(self._engines.connect, self._aside, self._in_turn)
             try:
                 result = await greenlet_spawn(work, store)
                 if not store.changes or await self._writer.commit(store.changes):
@@ -78,6 +80,7 @@ class Database:
         await self._writer.close()
         await self._engines.dispose()
         self._aside.close()
+        self._in_turn.close()
 
 
 class _SQLite:

@@ -43,9 +43,10 @@ class Changes:
 class Store:
     """All queries of one unit of work."""
 
-    def __init__(self, connect: Connect, aside: Aside) -> None:
+    def __init__(self, connect: Connect, aside: Aside, in_turn: Aside) -> None:
         self._connect = connect
         self._aside = aside
+        self._in_turn = in_turn
         self.changes = Changes()
 
     def rows(
@@ -92,6 +93,10 @@ class Store:
     def aside(self, work: Callable[[], T]) -> T:
         """Compute something long without holding up other requests."""
         return self._aside.run(work)
+
+    def in_turn(self, work: Callable[[], T]) -> T:
+        """Compute what takes seconds, one after the other: nobody listens for it."""
+        return self._in_turn.run(work)
 
 
 def chunks(rows: Iterable[Params], size: int = 1000) -> Iterator[list[Params]]:

@@ -433,3 +433,35 @@ def test_so_many_first_plays_are_not_tried_in_sequence() -> None:
     )
 
     assert_array_equal(deep, plain)
+
+
+@pytest.mark.parametrize(("depth", "horizon", "cut"), [(3, 12, 2), (2, 12, 7)])
+def test_the_horizon_is_cut_where_too_much_would_be_imagined(
+    depth: int, horizon: int, cut: int
+) -> None:
+    """With 20 beliefs and two signals: 40^D 2^H is at most 300 000."""
+    models = ModelSet.of(random_models(5, [2] * 20))
+    case = situation(models, range(20), models.prior, [1] * 20)
+
+    asked, done = (
+        score(replace(MYOPIC, depth=depth, horizon=plays), case, prune=True)
+        for plays in (horizon, cut)
+    )
+
+    assert_array_equal(asked, done)
+
+
+def test_a_slot_that_cannot_be_followed_deeply_is_followed_less_deeply() -> None:
+    models = ModelSet.of(random_models(5, [2] * 20))
+    tables = rough_tables(models, 0.95)
+    case = situation(models, range(20), models.prior, [1] * 20)
+    three = replace(case, slate=replace(case.slate, plays=3))
+    deep, shallow = (
+        ExactRollout(depth=depth, horizon=horizon)
+        for depth, horizon in ((3, 6), (2, 7))
+    )
+
+    assert_array_equal(
+        score(deep, three, tables, prune=True),
+        score(shallow, three, tables, prune=True),
+    )

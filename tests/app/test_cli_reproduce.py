@@ -1,0 +1,92 @@
+"""The command `encore reproduce`."""
+
+import json
+import os
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from app import __version__
+from app.cli import reproduce
+from app.cli.reproduce import Work
+from simulation.paper import PARTS, Part, Scale
+from tests.app.commands import ROOT, Encore, start
+
+COMMITTED = ROOT / "docs" / "paper"
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    """A folder with all results, as this release would have kept them."""
+    results = tmp_path / "out" / "results"
+    results.mkdir(parents=True)
+    for name in PARTS:
+        kept = json.loads((COMMITTED / "results" / f"{name}.json").read_text())
+        kept["made_by"]["version"] = __version__
+        (results / f"{name}.json").write_text(json.dumps(kept))
+    return tmp_path / "out"
+
+
+def test_what_was_simulated_is_drawn_and_told(encore: Encore, out: Path) -> None:
+    said = encore("reproduce", "--out", out)
+
+    assert (said.status, said.err) == (0, "")
+    assert said.out.startswith(f"{out}/report.md, {out}/report.html, after 0.")
+    pictures = {file.name for file in (out / "figures").iterdir()}
+    assert pictures == {f"{name}.{kind}" for name in PARTS for kind in ("svg", "png")}
+    assert {file.stem for file in (out / "tables").iterdir()} == {*PARTS}
+    told = (out / "report.md").read_text().splitlines()[4:]
+    committed = (COMMITTED / "report.md").read_text().splitlines()[4:]
+    assert told == committed
+
+
+def test_parts_are_simulated_in_processes_of_their_own_and_kept(
+    out: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    work = Work(Scale(0.002), out / "results")
+    monkeypatch.setattr(reproduce, "PARTS", {"horizon": PARTS["horizon"]})
+    before = (out / "results" / "horizon.json").read_bytes()
+
+    first = reproduce.parts_of(work)["horizon"]
+    after = (out / "results" / "horizon.json").read_bytes()
+    again = reproduce.parts_of(work)["horizon"]
+
+    assert after != before
+    assert first == again
+    assert after == (out / "results" / "horizon.json").read_bytes()
+
+
+def test_results_of_another_scale_are_not_taken(
+    out: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    full, quick = (Work(Scale(share), out / "results") for share in (1.0, 0.05))
+
+    assert isinstance(full.kept("items"), Part)
+    assert quick.kept("items") is None
+    assert "is of another release or scale" in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_it_at_once_and_leaves_no_half_results(tmp_path: Path) -> None:
+    cache = {"NUMBA_CACHE_DIR": os.environ["NUMBA_CACHE_DIR"]}
+    with start("reproduce", cwd=tmp_path, extra=cache) as process:
+        results = tmp_path / "paper" / "results"
+        while not results.exists():
+            time.sleep(0.1)
+        time.sleep(3)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=60)
+
+    assert (process.returncode, out, err) == (130, "", "")
+    assert [*results.iterdir()] == []
+
+
+def test_a_folder_that_cannot_be_made_is_told(encore: Encore, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+
+    said = encore("reproduce", "--out", tmp_path / "file" / "paper")
+
+    assert said.status == 2
+    assert said.err.startswith("Error: ")
+    assert "cannot be made" in said.err
