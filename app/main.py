@@ -2,12 +2,14 @@
 
 import asyncio
 import time
+import warnings
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
 from functools import partial
 
 import structlog
 from fastapi import FastAPI
+from pydantic.warnings import UnsupportedFieldAttributeWarning
 from starlette.middleware import Middleware
 
 from app import __version__, logs
@@ -58,6 +60,9 @@ def create_app(settings: Settings | None = None) -> FastAPI:
     """The service for these settings, or for those of the environment."""
     settings = settings or Settings()
     logs.configure(settings.log_level)
+    # FastAPI silences it while it reads a route, but filters are global: a compiler in
+    # another thread brings it back.
+    warnings.filterwarnings("ignore", category=UnsupportedFieldAttributeWarning)
     app = FastAPI(
         title="Encore",
         version=__version__,

@@ -15,6 +15,8 @@ from rich.progress import (
 )
 from rich.table import Table
 
+UNBROKEN = 500  # columns of a table that no person's window bounds
+
 out = Console(highlight=False)
 err = Console(stderr=True, highlight=False)
 
@@ -56,7 +58,7 @@ def show_table(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
         table.add_column(column, overflow="fold")
     for row in rows:
         table.add_row(*row)
-    out.print(table)
+    out.print(table, width=None if out.is_terminal else UNBROKEN)
 
 
 def progress() -> Progress:
