@@ -9,7 +9,7 @@ from simulation.effort import seconds
 from simulation.examples import Example, drawn, example
 from simulation.listeners import Listeners
 from simulation.opening import opening
-from simulation.value import Value, remainder, standard_error, value
+from simulation.value import Value, half_width, remainder, standard_error, value
 
 __all__ = [
     "Contender",
@@ -20,6 +20,7 @@ __all__ = [
     "contenders",
     "drawn",
     "example",
+    "half_width",
     "opening",
     "remainder",
     "seconds",

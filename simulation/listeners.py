@@ -82,9 +82,15 @@ class Listeners:
             ValueError: the true models do not have the shape of those believed in.
         """
         believed = start.models
+        if len(self.models.signals) != len(believed.signals):
+            raise ValueError("models: must be as many as those that are believed in")
         if (self.models.signals != believed.signals).any():
             raise ValueError("models: the true ones have other signals")
-        if len(self.belief) != len(start.model):
-            raise ValueError(f"belief: must have {len(start.model)} rows")
+        shape = (len(start.model), self.models.like.shape[1])
+        if self.belief.shape != shape:
+            raise ValueError(f"belief: must have the shape {shape}")
+        sums = self.belief.sum(axis=1)
+        if not (self.belief >= 0).all() or not np.allclose(sums, 1):
+            raise ValueError("belief: a row is no distribution")
         same = self.models is believed and self.belief is start.belief
         return Truth(self.models, self.clicks or not same, self.clicks)

@@ -31,7 +31,7 @@ def opened(
     """A file that can be read twice, as an import needs it."""
     named = format_ or _format_of(file)
     if named is Format.CSV and not layout.columns:
-        message = "Models cannot be read from CSV; give NDJSON, JSON or YAML."
+        message = f"{file} cannot be read as CSV; give NDJSON, JSON or YAML."
         raise Failed(message, status=2)
     if file == STDIN:
         with TemporaryFile() as kept:

@@ -7,6 +7,7 @@ import platform
 import signal
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -46,10 +47,14 @@ class Work:
         file = self._file(name)
         if not file.exists():
             return None
-        plain = json.loads(file.read_text())
-        if plain["made_by"] == self.made_by:
-            return Part.of(plain["part"])
-        note(f"{file} is of another release or scale: it is simulated anew.")
+        try:
+            plain = json.loads(file.read_text())
+            if plain["made_by"] == self.made_by:
+                return Part.of(plain["part"])
+        except (ValueError, LookupError, TypeError):
+            note(f"{file} cannot be read: it is simulated anew.")
+        else:
+            note(f"{file} is of another release or scale: it is simulated anew.")
         return None
 
     def keep(self, part: Part) -> None:
@@ -73,8 +78,9 @@ def command(*, out: Out = Path("paper"), quick: Quick = False) -> None:
     try:
         from simulation.paper import figures, report  # noqa: PLC0415 - of an extra
     except ModuleNotFoundError as error:
-        message = f"{error.name} is missing: pip install 'encore[paper]'."
+        message = f"{error.name} is missing: pip install '.[paper]' in a clone."
         raise Failed(message) from error
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # told to stop
     for folder in FOLDERS:
         _make(out / folder)
     began = time.monotonic()
@@ -118,18 +124,27 @@ def _simulate(work: Work, names: Sequence[str]) -> None:
     spawned = multiprocessing.get_context("spawn")
     shares = spawned.Array("d", len(names))
     processes = min(len(names), os.cpu_count() or 1)
-    with progress() as bar, spawned.Pool(processes, _begin, (shares,)) as pool:
+    with (
+        progress() as bar,
+        ProcessPoolExecutor(processes, spawned, _begin, (shares,)) as executor,
+    ):
         tasks = [bar.add_task(name, total=100) for name in names]
-        waiting = [
-            pool.apply_async(_simulate_one, (work, name, place))
+        running = {
+            executor.submit(_simulate_one, work, name, place)
             for place, name in enumerate(names)
-        ]
-        for result in waiting:
-            while not result.ready():
-                result.wait(LOOK)
+        }
+        try:
+            while running:
+                done, running = wait(running, LOOK)
                 for task, share in zip(tasks, shares[:], strict=True):
                     bar.update(task, completed=int(100 * share))
-            result.get()
+                for future in done:
+                    future.result()
+        except BaseException:
+            executor.shutdown(wait=False, cancel_futures=True)
+            for child in multiprocessing.active_children():
+                child.terminate()
+            raise
 
 
 class _Shares:

@@ -124,15 +124,16 @@ def command(
         given.extend(_in_file(policies, discount))
     wanted: Sequence[Entrant] = given or [_entrant(name, discount) for name in USUAL]
     states = _states(start, example)
+    if models is None:
+        _needs_models("--items", items)
+        _needs_models("--format", format_)
     if example is not None:
-        _alone("--example", models=models, items=items, database_url=database_url)
+        _alone("--example", models=models, database_url=database_url)
         opening = openings.of_example(example, seed)
     elif models is not None:
         _alone("--models", database_url=database_url)
         opening = _of_files(models, items, format_)
     else:
-        _needs_models("--items", items)
-        _needs_models("--format", format_)
         opening, wanted = _of_database(database_url, wanted, usual=not given)
     setting = Setting(wanted, opening, course, states, score)
     _warn(setting, depth)
@@ -163,9 +164,12 @@ def _entrant(text: str, discount: float) -> Entrant:
 def _in_file(file: Path, discount: float) -> Sequence[Entrant]:
     try:
         with opened(file, None, POLICIES) as lines:
-            return entrants.read(lines, discount)
+            found = entrants.read(lines, discount)
     except InvalidImport as error:
         raise refused(error) from error
+    if not found:
+        raise Failed(f"--policies {file}: holds no policy.", status=2)
+    return found
 
 
 def _states(start: Start, example: int | None) -> Sequence[int] | None:

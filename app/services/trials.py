@@ -14,16 +14,15 @@ from simulation import (
     Listeners,
     Value,
     contenders,
+    half_width,
     remainder,
     seconds,
     slots_of,
-    standard_error,
     value,
 )
 
 Progress = Callable[[float], object]
 TOGETHER = 0.5  # what another processor adds, of the first
-NORMAL = 1.96  # standard errors on either side of a mean
 
 
 class Start(StrEnum):
@@ -187,9 +186,9 @@ def _tried(entrant: Entrant, value: Value, bound: float | None) -> Tried:
         name=entrant.name,
         params=entrant.params,
         mean=value.mean,
-        ci95=NORMAL * value.error,
+        ci95=half_width(value.rewards),
         difference=float(value.difference.mean()),
-        difference_ci95=NORMAL * standard_error(value.difference),
+        difference_ci95=half_width(value.difference),
         gap=gap,
         gap_percent=100 * gap / bound if bound and gap is not None else None,
         play_shares=value.shares.tolist(),

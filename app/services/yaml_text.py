@@ -57,6 +57,7 @@ def load(text: str) -> object:
     try:
         _check(text)
         plain: object = yaml.load(text, Loader=_Core)  # noqa: S506 - a safe loader
+        _check_keys(plain)
     except yaml.MarkedYAMLError as error:
         told = f"is no YAML: {error.problem}"
         if error.problem_mark is not None:
@@ -95,7 +96,7 @@ def _check(text: str) -> None:
         elif isinstance(event, yaml.AliasEvent):
             node = _Node(None, *_repeated(known, event.anchor))
         else:
-            node = _Node(event.anchor) if isinstance(event, yaml.ScalarEvent) else None
+            node = _scalar(event) if isinstance(event, yaml.ScalarEvent) else None
         if node is not None:
             around[-1].hold(node)
             if node.anchor is not None:
@@ -106,7 +107,26 @@ def _check(text: str) -> None:
             raise NotYaml(f"stands for more than {LARGEST} values")
 
 
+def _scalar(event: yaml.ScalarEvent) -> _Node:
+    if event.tag is not None:
+        raise NotYaml(f"has the tag {event.tag}, which is not taken")
+    return _Node(event.anchor)
+
+
 def _repeated(known: Mapping[str, _Node], anchor: str | None) -> tuple[int, int]:
     if anchor is None or anchor not in known:
         raise NotYaml(f"has the alias *{anchor} of nothing before it")
     return known[anchor].size, known[anchor].depth
+
+
+def _check_keys(plain: object) -> None:
+    if isinstance(plain, dict):
+        for key, value in plain.items():
+            if not isinstance(key, str):
+                raise NotYaml(
+                    f"has the key {key!r}, which is no text: put it in quotes"
+                )
+            _check_keys(value)
+    elif isinstance(plain, list):
+        for value in plain:
+            _check_keys(value)

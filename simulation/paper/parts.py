@@ -21,12 +21,12 @@ from policies import (
     worth_for_ever,
 )
 from simulation.contender import contenders
-from simulation.course import Course
+from simulation.course import Course, slots_of
 from simulation.examples import DISCOUNT, Example, drawn, example
 from simulation.listeners import Listeners
 from simulation.opening import opening
-from simulation.paper.rows import NORMAL, SEED, Entry, Part, Progress, Row, Trial
-from simulation.value import Value, standard_error, value
+from simulation.paper.rows import Entry, Part, Progress, Row, Trial
+from simulation.value import Value, half_width, quantile, value
 
 BELIEF, STATE = "belief", "state"
 MYOPIC, WHITTLE, WHITTLE_MC = "myopic", "Whittle", "Whittle, Monte Carlo"
@@ -49,13 +49,14 @@ PARAMS: Mapping[str, tuple[str, Mapping[str, object]]] = MappingProxyType(
 )
 DEPTHS = {1: 6, 2: 2, 3: 2}  # of the bound
 TRAJECTORIES = (10, 30, 100, 300, 1000, 3000, 10_000)
+ENOUGH = 1000  # trajectories with expected rewards
 HORIZONS = range(1, 11)
 CUTS = (1, 2, 3, 4, 5, 6, 8, 12)  # horizons of the Monte Carlo index
 COUNTS = (5, 15, 50, 150, 500, 1000)  # of items
 MOST_TABLES = 50  # a table of each model is worked out; more would take minutes
 WRONG = (0.0, 0.05, 0.1, 0.2, 0.3, 0.5)  # share of parameters that is
 LEAST_RUNS = 20
-SHORT = 100  # slots of drawn instances: later ones are worth 0.6 % of all
+SHORT = 100  # slots, where policies are compared: later ones add 0.6 %
 POINTS = 3000  # of the grids of their bounds
 
 
@@ -156,8 +157,11 @@ def noise(scale: Scale, progress: Progress) -> Part:
     rows: list[Row] = []
     lengths = TRAJECTORIES if scale.share == 1 else TRAJECTORIES[:4]
     for place, trajectories in enumerate(lengths):
-        for group, label in (("clicks", PAPER), ("expected", EXPECTED)):
-            runs = scale.runs(min(1000, 100_000 // trajectories))
+        both = {"clicks": PAPER, "expected": EXPECTED}
+        for group, label in both.items():
+            if group == "expected" and trajectories > ENOUGH:
+                continue  # it has long come to rest
+            runs = scale.runs(max(min(1000, 300_000 // trajectories), 60))
             entries = [
                 entry(MYOPIC, runs),
                 entry(label, runs, trajectories=trajectories),
@@ -186,16 +190,16 @@ def truncation(scale: Scale, progress: Progress) -> Part:
 
 def example_4(scale: Scale, progress: Progress) -> Part:
     """Drawn instances: by how much rollout is ahead of myopic, in percent."""
-    instances, runs = scale.count(200), scale.runs(40)
+    instances, runs, slots = scale.count(200), scale.runs(25), slots_of(DISCOUNT)
     named = {"myopic": MYOPIC, "paper": PAPER, "exact": EXACT}
     policies = [create(*PARAMS[label]) for label in named.values()]
-    course = Course(runs, SHORT, DISCOUNT, SEED)
     found: dict[str, list[Value]] = {name: [] for name in named}
     gaps: dict[str, list[float]] = {f"gap, {name}": [] for name in named}
     for seed in range(instances):
         start = opening(drawn(seed))
         most = bound(start, DISCOUNT, 0, POINTS).value
         ready = contenders(policies, start.models)
+        course = Course(runs, slots, DISCOUNT, seed)
         values = value(ready, start, course, threads=1)
         for name, each in zip(named, values, strict=True):
             found[name].append(each)
@@ -206,10 +210,9 @@ def example_4(scale: Scale, progress: Progress) -> Part:
         pairs = [*zip(found["myopic"], found[name], strict=True)]
         shares = [(100 / one.mean, other.difference) for one, other in pairs]
         gains[f"gain, {name}"] = [share * float(d.mean()) for share, d in shares]
-        errors = [share * NORMAL * standard_error(d) for share, d in shares]
-        gains[f"error, {name}"] = errors
+        gains[f"error, {name}"] = [share * half_width(d) for share, d in shares]
     rows = [_on_average(label, found[name]) for name, label in named.items()]
-    marks = {"instances": instances, "runs": runs, "slots": SHORT}
+    marks = {"instances": instances, "runs": runs, "slots": slots}
     return Part("example-4", rows, marks, gains | gaps)
 
 
@@ -218,7 +221,8 @@ def _on_average(label: str, values: Sequence[Value]) -> Row:
     means = np.array([each.mean for each in values])
     differences = np.array([each.difference.mean() for each in values])
     curves = np.array([each.curve for each in values])
-    half = NORMAL * curves.std(axis=0, ddof=1) / np.sqrt(len(values))
+    spread = curves.std(axis=0, ddof=1) / np.sqrt(len(values))
+    half = quantile(len(values) - 1) * spread
     ranked = np.mean([np.sort(each.shares)[::-1] for each in values], axis=0)
     return Row(
         "instances",
@@ -226,9 +230,9 @@ def _on_average(label: str, values: Sequence[Value]) -> Row:
         None,
         sum(len(each.rewards) for each in values),
         float(means.mean()),
-        NORMAL * standard_error(means),
+        half_width(means),
         float(differences.mean()),
-        NORMAL * standard_error(differences),
+        half_width(differences),
         float(np.median([each.decision_us for each in values])),
         ranked.tolist(),
         np.round(curves.mean(axis=0), 6).tolist(),
@@ -242,7 +246,7 @@ def items(scale: Scale, progress: Progress) -> Part:
     counts = scale.thin(COUNTS)
     for place, count in enumerate(counts):
         start, runs = opening(drawn(0, count)), scale.runs(100)
-        few = (WHITTLE, SHIPPED) if count <= MOST_TABLES else ()
+        few = (WHITTLE, SHIPPED) if count <= scale.count(MOST_TABLES) else ()
         entries = [entry(label, runs) for label in (MYOPIC, EXPECTED, EXACT, *few)]
         trial = Trial("items", start, entries, slots=SHORT, x=count)
         rows += trial.rows()
@@ -278,7 +282,9 @@ def robustness(scale: Scale, progress: Progress) -> Part:
             start = opening(mistaken(true, share, seed))
             listeners = Listeners(models, untouched(models, 0))
             entries = [entry(label, runs) for label in labels]
-            trial = Trial("robustness", start, entries, listeners, SHORT, share)
+            trial = Trial(
+                "robustness", start, entries, listeners, SHORT, share, seed=seed
+            )
             found.append(list(trial.rows()))
         rows += [_over(mistake) for mistake in zip(*found, strict=True)]
         progress((place + 1) / len(shares))
@@ -319,9 +325,9 @@ def _over(rows: Sequence[Row]) -> Row:
         rows[0],
         runs=sum(row.runs for row in rows),
         mean=float(means.mean()),
-        ci95=NORMAL * standard_error(means),
+        ci95=half_width(means),
         difference=float(differences.mean()),
-        difference_ci95=NORMAL * standard_error(differences),
+        difference_ci95=half_width(differences),
         decision_us=float(np.median([row.decision_us for row in rows])),
     )
 

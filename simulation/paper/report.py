@@ -1,6 +1,7 @@
 """The report: Markdown, and the same as a page."""
 
 import csv
+import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -33,7 +34,7 @@ SECTIONS: Mapping[str, Section] = MappingProxyType(
             "Example 1: structure, it is said",
             "Cumulative discounted likes by slot, all of them, and what was played."
             " Above: hidden states follow the beliefs. Below: they are the paper's,"
-            " which contradict the beliefs: all earn less, and no bound holds.",
+            " which contradict the beliefs, so that no bound holds.",
         ),
         "noise": Section(
             "Example 1: where the reversal comes from",
@@ -66,10 +67,10 @@ SECTIONS: Mapping[str, Section] = MappingProxyType(
         ),
         "items": Section(
             "Beyond: more items",
-            "Drawn as in example 4, each item with a model of its own: where many"
-            " share a model, the unplayed ones are one group, and the time does not"
-            " grow with their number. Policies that look up index tables are shown up"
-            " to fifty models.",
+            "One instance, drawn as in example 4, each item with a model of its own:"
+            " where many share a model, the unplayed ones are one group, and the time"
+            " does not grow with their number. Policies that look up index tables are"
+            " shown up to fifty models.",
         ),
         "horizon": Section(
             "Beyond: further ahead",
@@ -91,7 +92,7 @@ HEADERS = (
     "mean",
     "ci95",
     "above first",
-    "ci95",
+    "above first ci95",
     "decision, µs",
 )
 STYLE = """
@@ -191,7 +192,8 @@ def _sections(parts: Mapping[str, Part]) -> Iterator[str]:
         else:
             yield from _of_lines(part)
         yield ""
-        yield f"All numbers: [tables/{name}.csv](tables/{name}.csv)."
+        table, results = f"tables/{name}.csv", f"results/{name}.json"
+        yield f"Numbers: [{table}]({table}); all of them: [{results}]({results})."
         yield ""
 
 
@@ -243,7 +245,7 @@ def _of_instances(part: Part) -> Iterator[str]:
     for name, values in part.series.items():
         if not name.startswith("error"):
             ranked = sorted(values)
-            middle = ranked[len(ranked) // 2]
+            middle = statistics.median(ranked)
             yield f"| {name}, % | {ranked[0]:.2f} | {middle:.2f} | {ranked[-1]:.2f} |"
 
 

@@ -12,9 +12,8 @@ from simulation.contender import contenders
 from simulation.course import Course, slots_of
 from simulation.examples import DISCOUNT
 from simulation.listeners import Listeners
-from simulation.value import Value, standard_error, value
+from simulation.value import Value, half_width, quantile, value
 
-NORMAL = 1.96  # standard errors on either side of a mean
 SEED = 1
 
 Progress = Callable[[float], object]
@@ -39,8 +38,8 @@ class Row:
         label: of the policy.
         x: where the row stands on a line, if it does.
         runs: simulated users.
-        mean: of what they earned; of fewer users than met the first policy of the
-            group, what that earned and the difference to it.
+        mean: of what they earned. If more users met the first policy of the group,
+            what these earned corrects the mean, as far as both go together.
         ci95: half the width of a 95 % interval of the mean.
         difference: to the first policy, over the same users.
         difference_ci95: half the width of its interval.
@@ -114,6 +113,7 @@ class Trial:
         slots: None: as many as count.
         x: where the rows stand on a line.
         in_full: whether shares and curves are kept.
+        seed: of all random numbers.
     """
 
     group: str
@@ -123,6 +123,7 @@ class Trial:
     slots: int | None = None
     x: float | None = None
     in_full: bool = False
+    seed: int = SEED
 
     def rows(self, progress: Progress = lambda _share: None) -> Iterator[Row]:
         """Try the policies, one after the other."""
@@ -133,7 +134,7 @@ class Trial:
         for number, (entry, contender) in enumerate(
             zip(self.entries, ready, strict=True)
         ):
-            course = Course(entry.runs, slots, DISCOUNT, SEED)
+            course = Course(entry.runs, slots, DISCOUNT, self.seed)
             [found] = value([contender], self.start, course, self.listeners, threads=1)
             first = found.rewards if first is None else first
             yield self._row(entry, found, first)
@@ -142,22 +143,37 @@ class Trial:
     def _row(self, entry: Entry, found: Value, first: Floats) -> Row:
         runs = len(found.rewards)
         difference = found.rewards - first[:runs]
-        error = standard_error(difference)
-        mean, spread = found.mean, found.error
-        if runs < len(first):  # the first is known better, and so is the difference
-            mean = float(first.mean() + difference.mean())
-            spread = hypot(standard_error(first), error)
+        mean, half = corrected(found.rewards, first)
         return Row(
             self.group,
             entry.label,
             self.x,
             runs,
             mean,
-            NORMAL * spread,
+            half,
             float(difference.mean()),
-            NORMAL * error,
+            half_width(difference),
             found.decision_us,
             found.shares.tolist() if self.in_full else (),
             np.round(found.curve, 6).tolist() if self.in_full else (),
-            np.round(NORMAL * found.curve_error, 6).tolist() if self.in_full else (),
+            np.round(quantile(runs - 1) * found.curve_error, 6).tolist()
+            if self.in_full
+            else (),
         )
+
+
+def corrected(rewards: Floats, first: Floats) -> tuple[float, float]:
+    """Return a mean and half its 95 % interval, by a control variate.
+
+    Args:
+        rewards: (R,) of a policy.
+        first: (Q,) of another, Q >= R, of which the first R met the same users.
+    """
+    runs = len(rewards)
+    if runs == len(first) or first[:runs].std() == 0:
+        return float(rewards.mean()), half_width(rewards)
+    both = np.cov(rewards, first[:runs])
+    share = both[0, 1] / both[1, 1]
+    rest = rewards - share * first[:runs]
+    half = hypot(half_width(rest), share * half_width(first))
+    return float(rest.mean() + share * first.mean()), half

@@ -66,20 +66,44 @@ def test_results_of_another_scale_are_not_taken(
     assert isinstance(full.kept("items"), Part)
     assert quick.kept("items") is None
     assert "is of another release or scale" in capsys.readouterr().err
+    for broken in ("", "{", "[]", '{"made_by": 1, "part": {}}', '{"made_by": {}}'):
+        (out / "results" / "items.json").write_text(broken)
+        assert full.kept("items") is None
+        assert "is simulated anew" in capsys.readouterr().err.replace("\n", " ")
 
 
-def test_ctrl_c_ends_it_at_once_and_leaves_no_half_results(tmp_path: Path) -> None:
+@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_at_once_with_its_processes(
+    tmp_path: Path, by: signal.Signals
+) -> None:
     cache = {"NUMBA_CACHE_DIR": os.environ["NUMBA_CACHE_DIR"]}
     with start("reproduce", cwd=tmp_path, extra=cache) as process:
         results = tmp_path / "paper" / "results"
-        while not results.exists():
+        while len(children := children_of(process.pid)) < 2:
+            assert process.poll() is None
             time.sleep(0.1)
-        time.sleep(3)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(by)
         out, err = process.communicate(timeout=60)
 
     assert (process.returncode, out, err) == (130, "", "")
-    assert [*results.iterdir()] == []
+    assert [*results.glob("*.new")] == []
+    until = time.monotonic() + 30
+    while any(map(lives, children)):
+        assert time.monotonic() < until
+        time.sleep(0.1)
+
+
+def lives(pid: str) -> bool:
+    try:
+        return (
+            Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+        )
+    except OSError:
+        return False
+
+
+def children_of(pid: int) -> list[str]:
+    return Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
 
 
 def test_a_folder_that_cannot_be_made_is_told(encore: Encore, tmp_path: Path) -> None:

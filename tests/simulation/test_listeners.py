@@ -97,7 +97,7 @@ def test_play_from_the_papers_states_is_worth_what_closed_forms_say(
         (2, "myopic", 8.33),
         (3, "myopic", 10.747),
         (2, "whittle", 9.07),
-        (3, "whittle", 12.22),
+        (3, "whittle", 12.248),
     ],
 )
 def test_from_the_papers_states_policies_earn_what_is_known(
@@ -266,8 +266,15 @@ def test_listeners_who_answer_otherwise_are_refused() -> None:
 
     with pytest.raises(ValueError, match=r"^models: the true ones"):
         value(ready, start, FIRST, Listeners(others.models, others.belief))
-    with pytest.raises(ValueError, match=r"^belief: must have 1 rows"):
-        value(ready, start, FIRST, Listeners(start.models, np.eye(2)))
+    two = opening([telling_model(rng, 2, 3), telling_model(rng, 2, 3)])
+    with pytest.raises(ValueError, match=r"^models: must be as many"):
+        value(ready, start, FIRST, Listeners(two.models, two.belief))
+    for bad in (np.eye(2), np.full((1, 3), 1 / 3), np.empty((1, 0))):
+        with pytest.raises(ValueError, match=r"^belief: must have the shape \(1, 2\)"):
+            value(ready, start, FIRST, Listeners(start.models, bad))
+    for none in ([[1.0, 1.0]], [[np.nan, 1.0]], [[2.0, -1.0]]):
+        with pytest.raises(ValueError, match=r"^belief: a row is no distribution"):
+            value(ready, start, FIRST, Listeners(start.models, np.array(none)))
 
 
 def test_there_are_three_examples() -> None:

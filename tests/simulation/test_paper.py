@@ -14,7 +14,7 @@ from markdown_it import MarkdownIt
 from numpy.testing import assert_allclose
 from PIL import Image
 
-from simulation import drawn, example
+from simulation import drawn, example, half_width
 from simulation.paper import PARTS, Part, Scale, claims, figures, parts, report
 from simulation.paper.claims import Claim, Verdict, is_monotone, is_tp2
 from simulation.paper.parts import (
@@ -29,7 +29,7 @@ from simulation.paper.parts import (
     mistaken,
 )
 from simulation.paper.report import SECTIONS
-from simulation.paper.rows import Row, Trial
+from simulation.paper.rows import Row, Trial, corrected
 
 COMMITTED = Path(__file__).parents[2] / "docs" / "paper"
 TINY = Scale(0.001)
@@ -62,10 +62,11 @@ def test_the_papers_claims_stand_as_the_committed_report_says(
         REPRODUCED,
         REPRODUCED,
         REPRODUCED,
+        NOT_REPRODUCED,
         EXPLAINED,
         EXPLAINED,
         UNKNOWN,
-        EXPLAINED,
+        NOT_REPRODUCED,
         REPRODUCED,
     ]
 
@@ -99,12 +100,12 @@ def test_the_committed_report_is_what_is_written_of_its_numbers(
         (1, MYOPIC, STATE, 13.07, 0.01),
         (1, EXACT, STATE, 13.28, 0.01),
         (2, MYOPIC, STATE, 8.33, 0.01),
-        (2, PAPER, STATE, 8.73, 0.06),
+        (2, PAPER, STATE, 8.73, 0.1),
         (2, EXACT, STATE, 9.00, 0.01),
         (2, WHITTLE, STATE, 9.07, 0.01),
         (3, MYOPIC, STATE, 10.747, 0.005),
-        (3, WHITTLE, STATE, 12.22, 0.01),
-        (3, PAPER, STATE, 12.42, 0.06),
+        (3, WHITTLE, STATE, 12.248, 0.002),
+        (3, PAPER, STATE, 12.42, 0.1),
         (3, EXACT, STATE, 12.92, 0.01),
     ],
 )
@@ -131,7 +132,7 @@ def test_closed_forms_stand_beside_them(found: Mapping[str, Part]) -> None:
     assert marks[2]["optimum"] == pytest.approx(12.963117368826, abs=1e-9)
     for mark in marks:
         assert mark["bound"] > mark.get("optimum", mark[FIXED]) - 1e-9
-    assert marks[0]["bound"] < 14.30
+        assert mark["bound"] < mark.get("optimum", 14.30) + 1e-5
 
 
 def changed(part: Part, label: str, **fields: float) -> Part:
@@ -153,11 +154,16 @@ def changed(part: Part, label: str, **fields: float) -> Part:
         (3, "example-2", PAPER, {"difference": -1.0}, NOT_REPRODUCED),
         (4, "example-2", MYOPIC, {"shares": (1, 0, 0, 0, 0)}, NOT_REPRODUCED),
         (5, "example-2", PAPER, {"shares": (0, 0, 1, 0, 0)}, NOT_REPRODUCED),
-        (6, "example-3", WHITTLE, {"mean": 1.0}, REPRODUCED),
-        (6, "example-3", WHITTLE, {"mean": 99.0}, EXPLAINED),
-        (7, "example-3", WHITTLE, {"decision_us": 1e6}, REPRODUCED),
-        (7, "example-3", PAPER, {"decision_us": 1e6}, NOT_REPRODUCED),
-        (10, "items", EXPECTED, {"decision_us": 1e6}, NOT_REPRODUCED),
+        (6, "example-3", MYOPIC, {"mean": 99.0}, REPRODUCED),
+        (6, "example-3", WHITTLE, {"mean": 1.0}, EXPLAINED),
+        (7, "example-3", PAPER, {"mean": 99.0}, REPRODUCED),
+        (7, "example-3", PAPER, {"mean": 1.0}, NOT_REPRODUCED),
+        (8, "example-3", WHITTLE, {"decision_us": 1e6}, REPRODUCED),
+        (8, "example-3", PAPER, {"decision_us": 1e6}, NOT_REPRODUCED),
+        (10, "example-4", PAPER, {"difference": 1.0}, REPRODUCED),
+        (10, "example-4", PAPER, {"difference_ci95": 9.0}, UNKNOWN),
+        (11, "items", EXPECTED, {"decision_us": 1e6}, NOT_REPRODUCED),
+        (11, "items", EXPECTED, {"difference_ci95": 9.0}, NOT_REPRODUCED),
     ],
 )
 def test_other_numbers_would_be_judged_otherwise(
@@ -171,7 +177,7 @@ def test_other_numbers_would_be_judged_otherwise(
     other = {**found, name: changed(found[name], label, **fields)}
 
     assert verdicts(other)[claim] is verdict
-    assert verdicts(found)[claim] is not verdict or fields == {"mean": 99.0}
+    assert verdicts(found)[claim] is not verdict
 
 
 @pytest.mark.parametrize(
@@ -217,7 +223,6 @@ def test_every_part_is_simulated_told_and_kept(name: str) -> None:
 
     assert told == sorted(told)
     assert told[-1] == pytest.approx(1)
-    assert as_kept(as_kept(part)) == as_kept(part)
     assert as_kept(part).plain() == json.loads(json.dumps(part.plain()))
     for row in part.rows:
         assert 0 < row.mean < 20
@@ -239,19 +244,22 @@ def without_times(part: Part) -> Part:
     return replace(part, rows=[replace(row, decision_us=0.0) for row in part.rows])
 
 
-def test_a_policy_tried_on_fewer_users_is_known_by_its_difference() -> None:
-    start = example(1).start
-    entries = [parts.entry(MYOPIC, 400), parts.entry(WHITTLE, 40)]
+def test_what_more_users_tell_of_the_first_policy_corrects_the_others() -> None:
+    start, rng = example(1).start, np.random.default_rng(2)
+    few, many = (parts.entry(WHITTLE, runs) for runs in (60, 2000))
 
-    first, row = Trial("g", start, entries, slots=30).rows()
-    [alone, _] = Trial(
-        "g", start, [parts.entry(WHITTLE, 40), parts.entry(MYOPIC, 40)], slots=30
-    ).rows()
+    _, row = Trial("g", start, [parts.entry(MYOPIC, 2000), few], slots=30).rows()
+    [alone, _] = Trial("g", start, [few, parts.entry(MYOPIC, 60)], slots=30).rows()
+    [truth, _] = Trial("g", start, [many, few], slots=30).rows()
 
-    assert row.mean == pytest.approx(first.mean + row.difference)
-    assert row.ci95 == pytest.approx(np.hypot(first.ci95, row.difference_ci95))
-    assert row.ci95 < alone.ci95
-    assert (first.difference, first.difference_ci95) == (0, 0)
+    assert row.ci95 < 0.9 * alone.ci95
+    assert abs(row.mean - truth.mean) < 1.5 * np.hypot(row.ci95, truth.ci95)
+    first = rng.normal(size=1000)
+    mean, half = corrected(2 * first[:50] + 3, first)
+    assert mean == pytest.approx(2 * first.mean() + 3)
+    assert half == pytest.approx(2 * half_width(first), rel=1e-6)
+    mean, half = corrected(first[:50], np.ones(100))
+    assert (mean, half) == (first[:50].mean(), half_width(first[:50]))
 
 
 def test_wrong_parameters_are_as_wrong_as_asked() -> None:
@@ -307,7 +315,11 @@ def test_every_claim_names_a_figure_and_every_link_leads_somewhere(
     }
     local = {link for link in links if not link.startswith("https://")}
     assert {link for link in local if link.startswith("#")} <= anchors
-    for link in local - anchors:
+    for name in PARTS:
+        assert f"results/{name}.json" in local
+    tables = {link for link in local if link.startswith("tables/")}
+    assert len(tables) == len(PARTS)
+    for link in tables:
         rows = [*csv.reader((tmp_path / link).read_text().splitlines())]
         assert len(rows) > 2
         assert all(len(row) == len(rows[0]) for row in rows)

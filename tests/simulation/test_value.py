@@ -29,6 +29,7 @@ from simulation import (
 )
 from simulation.contender import AT_ONCE
 from simulation.playing import played
+from simulation.value import quantile
 from tests.policies.instances import paper_situation, situation, telling_model
 
 SIGMAS = 4.0
@@ -271,3 +272,11 @@ def test_the_usual_length_is_the_least_that_leaves_a_ten_thousandth(
 
     assert discount**slots < 1e-4
     assert slots == 1 or discount ** (slots - 1) >= 1e-4
+
+
+@pytest.mark.parametrize(
+    ("freedom", "known"),
+    [(1, 12.706), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042), (10**6, 1.960)],
+)
+def test_intervals_are_those_of_student(freedom: int, known: float) -> None:
+    assert quantile(freedom) == pytest.approx(known, abs=0.004)
