@@ -8,10 +8,10 @@ import numpy as np
 from policies import Policy, Situation
 from simulation.contender import AT_ONCE
 from simulation.course import Course
-from simulation.runs import rows_of
+from simulation.runs import MOST_ROWS, rows_of
 
 TABLE = 0.5  # seconds to build the index table of a model
-AROUND = 15.0  # microseconds beside each decision that is made alone
+AROUND = 15.0  # microseconds beside each decision, of one run or of several
 ROW = 0.1  # microseconds to score and move a group
 
 
@@ -22,10 +22,12 @@ def seconds(policies: Sequence[Policy], start: Situation, course: Course) -> flo
     decisions = course.runs * course.slots
     moving = ROW * rows_of(start, course.slots)
     usual = _grown(start, course)
+    together = max(MOST_ROWS // rows_of(start, course.slots), 1)
     deciding = sum(
-        AROUND + policy.cost(usual)
+        AROUND / together
+        if isinstance(policy, AT_ONCE)
+        else AROUND + policy.cost(usual)
         for policy in policies
-        if not isinstance(policy, AT_ONCE)
     )
     return tables + decisions * (len(policies) * moving + deciding) / 1e6
 

@@ -15,6 +15,7 @@ from policies.compiled import compiled, inner
 from policies.randomness import uniform
 from simulation.listeners import Listeners, Truth
 
+MOST_ROWS = 2**14  # of runs that go on in step: they fit into a processor's cache
 SIGNALS = 0
 DECISIONS = 1
 STATES = 2

@@ -5,8 +5,9 @@ them are paired.
 """
 
 import os
+from collections import deque
 from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
@@ -18,11 +19,11 @@ from simulation.contender import Contender
 from simulation.course import Course
 from simulation.listeners import Listeners
 from simulation.playing import decision_time, played
-from simulation.runs import Earned, rows_of
+from simulation.runs import MOST_ROWS, Earned, nothing, rows_of
 
 NORMAL = 1.959964  # standard errors on either side of a mean, for 95 %
 FEW = (12.706, 4.303, 3.182, 2.776)  # the same of few values, by degrees of freedom
-MOST_ROWS = 2**14  # of the runs that go on in step: they fit into a processor's cache
+AHEAD = 16  # parts of the runs that wait for a thread
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,30 +120,35 @@ def value(
     values: list[Value] = []
     for number, contender in enumerate(contenders):
         microseconds = decision_time(contender, start, listeners, course)
-        parts = []
+        whole, done = nothing(start, course.runs, course.slots), 0
         with closing(_in_threads(contender, start, listeners, course, threads)) as work:
-            for done, earned in work:
-                parts.append(earned)
+            for earned in work:
+                _add(whole, earned, done)
+                done += len(earned.reward)
                 progress((number + done / course.runs) / len(contenders))
-        first = values[0].rewards if values else None
-        values.append(_value(parts, first, microseconds))
+        first = values[0].rewards if values else whole.reward
+        values.append(_value(whole, first, microseconds))
     return values
 
 
-def _value(parts: Sequence[Earned], first: Floats | None, microseconds: float) -> Value:
-    rewards = np.concatenate([earned.reward for earned in parts])
-    difference = rewards - (rewards if first is None else first)
-    plays = np.sum([earned.plays for earned in parts], axis=0)
-    runs = len(rewards)
-    curve = np.sum([earned.total for earned in parts], axis=0) / runs
-    squares = np.sum([earned.squares for earned in parts], axis=0) / runs
-    spread = np.maximum(squares - curve**2, 0) / (runs - 1)
+def _add(whole: Earned, earned: Earned, first: int) -> None:
+    """Add what runs have earned, from number `first` on."""
+    whole.reward[first : first + len(earned.reward)] = earned.reward
+    whole.plays[:] += earned.plays
+    whole.total[:] += earned.total
+    whole.squares[:] += earned.squares
+
+
+def _value(whole: Earned, first: Floats, microseconds: float) -> Value:
+    runs = len(whole.reward)
+    curve = whole.total / runs
+    spread = np.maximum(whole.squares / runs - curve**2, 0) / (runs - 1)
     return Value(
-        rewards,
-        difference,
+        whole.reward,
+        whole.reward - first,
         curve,
         np.sqrt(spread),
-        plays / plays.sum(),
+        whole.plays / whole.plays.sum(),
         microseconds,
     )
 
@@ -153,22 +159,23 @@ def _in_threads(
     listeners: Listeners,
     course: Course,
     threads: int | None,
-) -> Generator[tuple[int, Earned], None, None]:
-    """Yield how many runs are done, and what the latest of them earned, in order.
+) -> Generator[Earned, None, None]:
+    """Yield what runs have earned, in order.
 
     Ends early, if it is closed, with the runs that have begun.
     """
     rows = rows_of(start, course.slots)
     size = max(MOST_ROWS // rows, 1) if contender.at_once else 1
     end = course.first + course.runs
-    firsts = range(course.first, end, size)
-    sizes = [min(size, end - first) for first in firsts]
     work = partial(played, contender, start, listeners, course)
-    executor = ThreadPoolExecutor(threads or os.cpu_count())
+    threads = threads or os.cpu_count() or 1
+    executor, waiting = ThreadPoolExecutor(threads), deque[Future[Earned]]()
     try:
-        done = 0
-        for earned in executor.map(work, firsts, sizes):
-            done += len(earned.reward)
-            yield done, earned
+        for first in range(course.first, end, size):
+            waiting.append(executor.submit(work, first, min(size, end - first)))
+            if len(waiting) > AHEAD * threads:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
     finally:
         executor.shutdown(cancel_futures=True)

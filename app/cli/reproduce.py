@@ -124,27 +124,26 @@ def _simulate(work: Work, names: Sequence[str]) -> None:
     spawned = multiprocessing.get_context("spawn")
     shares = spawned.Array("d", len(names))
     processes = min(len(names), os.cpu_count() or 1)
-    with (
-        progress() as bar,
-        ProcessPoolExecutor(processes, spawned, _begin, (shares,)) as executor,
-    ):
-        tasks = [bar.add_task(name, total=100) for name in names]
+    executor = ProcessPoolExecutor(processes, spawned, _begin, (shares,))
+    try:
+        ours = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: we end them
         running = {
             executor.submit(_simulate_one, work, name, place)
             for place, name in enumerate(names)
         }
-        try:
+        signal.signal(signal.SIGINT, ours)
+        with progress() as bar:
+            tasks = [bar.add_task(name, total=100) for name in names]
             while running:
                 done, running = wait(running, LOOK)
                 for task, share in zip(tasks, shares[:], strict=True):
                     bar.update(task, completed=int(100 * share))
                 for future in done:
                     future.result()
-        except BaseException:
-            executor.shutdown(wait=False, cancel_futures=True)
-            for child in multiprocessing.active_children():
-                child.terminate()
-            raise
+    finally:
+        executor.shutdown(wait=False, cancel_futures=True)
+        for child in multiprocessing.active_children():
+            child.terminate()
 
 
 class _Shares:
@@ -154,8 +153,6 @@ class _Shares:
 
 
 def _begin(shares: "multiprocessing.sharedctypes.SynchronizedArray[float]") -> None:
-    """Prepare a process: it ends with the command, which hears of Ctrl-C."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     _Shares.of_parts = shares
 
 

@@ -351,7 +351,7 @@ def test_models_are_not_read_from_csv(encore: Encore, sqlite_url: str) -> None:
 
     assert said.status == 2
     assert one_line(said.err)
-    assert "cannot be read from CSV" in said.err
+    assert "cannot be read as CSV" in said.err
 
 
 @pytest.mark.parametrize("name", ["missing.ndjson", "items.pdf"])
