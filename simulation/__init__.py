@@ -3,7 +3,7 @@
 Knows policies and beliefs, and nothing of a service.
 """
 
-from simulation.contender import Contender, contenders
+from simulation.contender import Contender, Progress, contenders
 from simulation.course import Course, slots_of
 from simulation.effort import seconds
 from simulation.examples import Example, drawn, example
@@ -16,6 +16,7 @@ __all__ = [
     "Course",
     "Example",
     "Listeners",
+    "Progress",
     "Value",
     "contenders",
     "drawn",

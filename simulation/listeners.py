@@ -75,6 +75,11 @@ class Listeners:
             raise ValueError(f"states: must be one of each group's, not {states}")
         return cls(start.models, np.eye(start.belief.shape[1])[list(states)], clicks)
 
+    def differ(self, start: Situation) -> bool:
+        """Say whether they are not known to be as believed at a situation."""
+        same = self.models is start.models and self.belief is start.belief
+        return self.clicks or not same
+
     def truth(self, start: Situation) -> Truth:
         """Return what is true where policies begin at a situation.
 
@@ -92,5 +97,4 @@ class Listeners:
         sums = self.belief.sum(axis=1)
         if not (self.belief >= 0).all() or not np.allclose(sums, 1):
             raise ValueError("belief: a row is no distribution")
-        same = self.models is believed and self.belief is start.belief
-        return Truth(self.models, self.clicks or not same, self.clicks)
+        return Truth(self.models, self.differ(start), self.clicks)

@@ -84,12 +84,11 @@ def begin(
     origin = np.repeat(np.arange(rows) % groups, size)
     items = np.where(np.arange(rows * size) < groups * size, start.count[origin], 0)
     belief = start.belief[origin]
-    apart = listeners.truth(start).apart
     return Runs(
         first,
         start.model[origin],
         belief,
-        listeners.belief[origin] if apart else belief,
+        listeners.belief[origin] if listeners.differ(start) else belief,
         items,
         start.rested[origin],
         origin,

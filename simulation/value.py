@@ -6,7 +6,7 @@ them are paired.
 
 import os
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 
 from policies import Floats, Situation
-from simulation.contender import Contender
+from simulation.contender import Contender, Progress
 from simulation.course import Course
 from simulation.listeners import Listeners
 from simulation.playing import decision_time, played
@@ -94,7 +94,7 @@ def value(
     course: Course,
     listeners: Listeners | None = None,
     threads: int | None = None,
-    progress: Callable[[float], object] = lambda _share: None,
+    progress: Progress = lambda _share: None,
 ) -> Sequence[Value]:
     """Try policies on the same runs.
 

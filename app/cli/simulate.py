@@ -24,6 +24,7 @@ from app.services.openings import Opening
 from app.services.trials import Score, Setting, Start, Trial
 from app.storage.store import Store
 from simulation import Course
+from simulation import Progress as Told
 from simulation.examples import IN_STATES, NUMBERS
 
 USUAL = ("random", "best_fixed", "myopic", "whittle", "exact_rollout")
@@ -261,7 +262,7 @@ def _tried(setting: Setting, depth: int) -> Trial:
     return trials.reported(setting, depth, most, values)
 
 
-def _shown(bar: Progress, what: str) -> trials.Progress:
+def _shown(bar: Progress, what: str) -> Told:
     """Show a share of some work in percent, from when it is first told."""
     tasks: list[TaskID] = []
 

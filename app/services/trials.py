@@ -1,7 +1,7 @@
 """Policies tried on simulated users of a catalogue, each of whom is new to it."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -12,6 +12,7 @@ from simulation import (
     Contender,
     Course,
     Listeners,
+    Progress,
     Value,
     contenders,
     half_width,
@@ -21,7 +22,6 @@ from simulation import (
     value,
 )
 
-Progress = Callable[[float], object]
 TOGETHER = 0.5  # what another processor adds, of the first
 
 

@@ -6,6 +6,7 @@ A part takes one processor: they are simulated beside each other.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,13 +21,15 @@ from policies import (
     untouched,
     worth_for_ever,
 )
-from simulation.contender import contenders
+from simulation.contender import Progress, contenders
 from simulation.course import Course, slots_of
 from simulation.examples import DISCOUNT, Example, drawn, example
 from simulation.listeners import Listeners
 from simulation.opening import opening
-from simulation.paper.rows import Entry, Part, Progress, Row, Trial
+from simulation.paper.rows import Entry, Part, Row, Trial
 from simulation.value import Value, half_width, quantile, value
+
+T = TypeVar("T")
 
 BELIEF, STATE = "belief", "state"
 MYOPIC, WHITTLE, WHITTLE_MC = "myopic", "Whittle", "Whittle, Monte Carlo"
@@ -74,7 +77,7 @@ class Scale:
         """Return how many of so many things that are never just one."""
         return max(round(self.share * full), 3)
 
-    def thin(self, values: Sequence[int]) -> Sequence[int]:
+    def thin(self, values: Sequence[T]) -> Sequence[T]:
         """Return all of some values, or every other one."""
         return values if self.share == 1 else values[::2]
 
@@ -275,7 +278,7 @@ def robustness(scale: Scale, progress: Progress) -> Part:
     mistakes, runs = scale.count(12), scale.runs(60)
     labels = (MYOPIC, WHITTLE, EXACT, SHIPPED, FIXED, ROUND_ROBIN)
     rows: list[Row] = []
-    shares = WRONG if scale.share == 1 else WRONG[::2]
+    shares = scale.thin(WRONG)
     for place, share in enumerate(shares):
         found: list[Sequence[Row]] = []
         for seed in range(mistakes):

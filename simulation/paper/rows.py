@@ -1,6 +1,6 @@
 """What was found, in a form that files keep."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from math import hypot
 from typing import Any
@@ -8,15 +8,13 @@ from typing import Any
 import numpy as np
 
 from policies import Floats, Situation, create
-from simulation.contender import contenders
+from simulation.contender import Progress, contenders
 from simulation.course import Course, slots_of
 from simulation.examples import DISCOUNT
 from simulation.listeners import Listeners
 from simulation.value import Value, half_width, quantile, value
 
 SEED = 1
-
-Progress = Callable[[float], object]
 
 
 @dataclass(frozen=True, slots=True)
