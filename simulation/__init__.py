@@ -6,7 +6,7 @@ Knows policies and beliefs, and nothing of a service.
 from simulation.contender import Contender, Progress, contenders
 from simulation.course import Course, slots_of
 from simulation.effort import seconds
-from simulation.examples import Example, drawn, example
+from simulation.examples import Example, drawn, example, ordered
 from simulation.listeners import Listeners
 from simulation.opening import opening
 from simulation.value import Value, half_width, remainder, standard_error, value
@@ -23,6 +23,7 @@ __all__ = [
     "example",
     "half_width",
     "opening",
+    "ordered",
     "remainder",
     "seconds",
     "slots_of",

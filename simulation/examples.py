@@ -12,7 +12,7 @@ from importlib.resources import files
 
 import numpy as np
 
-from policies import Model, Situation
+from policies import Floats, Model, Situation
 from simulation.listeners import Listeners
 from simulation.opening import opening
 
@@ -22,6 +22,7 @@ IN_STATES = (1, 0, 2, 1, 0)  # X = [2, 1, 3, 2, 1], counted from 0; of all examp
 NUMBERS = (1, 2, 3)
 STATES = ("low", "medium", "high", "very high")
 ITEMS = 15  # of example 4
+STEEPEST = 3.0  # of the exponents of ordered models
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +76,31 @@ def drawn(seed: int, items: int = ITEMS) -> Sequence[Model]:
             rng.dirichlet(rows, len(STATES)),
             np.sort(rng.random(len(STATES))),
             rng.dirichlet(rows),
+        )
+        for _ in range(items)
+    ]
+
+
+def ordered(seed: int, items: int) -> Sequence[Model]:
+    """Draw models with the structure that the paper names: all of it, in all items.
+
+    Matrices are totally positive of order 2, w_j exp(x_i y_j) with rising x and y, so
+    that their rows rise stochastically; the prior is such a row; like chances rise.
+    """
+    rng = np.random.default_rng([seed, 2])
+    states = len(STATES)
+
+    def rows(count: int) -> Floats:
+        steep = STEEPEST * np.sort(rng.random(count))[:, None]
+        weights = rng.dirichlet(np.ones(states)) * np.exp(
+            steep * np.sort(rng.random(states))
+        )
+        found: Floats = weights / weights.sum(axis=1, keepdims=True)
+        return found
+
+    return [
+        Model(
+            STATES, rows(states), rows(states), np.sort(rng.random(states)), rows(1)[0]
         )
         for _ in range(items)
     ]

@@ -1,5 +1,6 @@
 """`encore reproduce`: the paper's examples, simulated anew, as tables and figures."""
 
+import hashlib
 import json
 import multiprocessing
 import os
@@ -9,7 +10,9 @@ import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, wait
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
+from importlib.resources import files
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated
 
@@ -22,6 +25,7 @@ from simulation.paper import PARTS, Part, Scale
 
 QUICK = 0.05  # of the runs
 LOOK = 0.2  # seconds between two looks at how far the parts are
+TELLERS = ("claims.py", "figures.py", "paper.mplstyle", "report.py")  # of numbers
 FOLDERS = ("figures", "results", "tables")
 
 Out = Annotated[Path, typer.Option("--out", help="Folder to write to.")]
@@ -40,10 +44,10 @@ class Work:
     @property
     def made_by(self) -> Mapping[str, object]:
         """What kept results must be of, to be taken."""
-        return {"version": __version__, "share": self.scale.share}
+        return {"sources": sources(), "share": self.scale.share}
 
     def kept(self, name: str) -> Part | None:
-        """A part that was simulated before, at this scale and by this release."""
+        """A part that was simulated before, at this scale and by this code."""
         file = self._file(name)
         if not file.exists():
             return None
@@ -54,7 +58,7 @@ class Work:
         except (ValueError, LookupError, TypeError):
             note(f"{file} cannot be read: it is simulated anew.")
         else:
-            note(f"{file} is of another release or scale: it is simulated anew.")
+            note(f"{file} is of other code or another scale: it is simulated anew.")
         return None
 
     def keep(self, part: Part) -> None:
@@ -67,6 +71,17 @@ class Work:
 
     def _file(self, name: str) -> Path:
         return self.folder / f"{name}.json"
+
+
+@cache
+def sources() -> str:
+    """A digest of all code and data that simulated numbers depend on."""
+    digest = hashlib.sha256()
+    for package in ("policies", "simulation", "simulation.data", "simulation.paper"):
+        for file in sorted(files(package).iterdir(), key=attrgetter("name")):
+            if file.is_file() and file.name not in TELLERS:
+                digest.update(file.read_bytes())
+    return digest.hexdigest()
 
 
 def command(*, out: Out = Path("paper"), quick: Quick = False) -> None:

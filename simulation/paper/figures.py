@@ -1,7 +1,8 @@
 """Figures fit for a paper: one style, readable without colour.
 
-Colours are those of Okabe and Ito (2008), which differ for the colour-blind, too; each
-line has its own dashes and marks, each bar its own hatching.
+Colours are those of Okabe and Ito (2008), which differ for the colour-blind, too, and
+greys for what others are measured by; each line has its own dashes and marks, each bar
+its own hatching.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,21 +20,21 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from simulation.paper.parts import (
-    BELIEF,
-    CUTS,
+from simulation.paper.instances import NAMED
+from simulation.paper.labels import (
     EXACT,
     EXPECTED,
     FIXED,
     MYOPIC,
     PAPER,
     RANDOM,
+    RANDOM_BASE,
     ROUND_ROBIN,
     SHIPPED,
-    STATE,
     WHITTLE,
     WHITTLE_MC,
 )
+from simulation.paper.parts import BELIEF, CUTS, STATE
 from simulation.paper.rows import Part, Row
 
 WIDE, HIGH = 7.2, 2.7  # inches: two columns of a paper
@@ -45,6 +46,7 @@ INTERVALS: Mapping[str, str] = MappingProxyType(
     {"mean": "ci95", "difference": "difference_ci95"}
 )
 EACH = 3  # slots of a curve between two points of its line
+MARKED = 12  # points of a line between two marks
 
 
 class Look(NamedTuple):
@@ -67,7 +69,15 @@ LOOKS: Mapping[str, Look] = MappingProxyType(
         WHITTLE_MC: Look("#56B4E9", (0, (3, 1, 1, 1)), "P", "++++"),
         FIXED: Look("#7F7F7F", (0, (1, 3)), "X", "oo"),
         RANDOM: Look("#BFBFBF", (0, (4, 4)), "<", ""),
-        ROUND_ROBIN: Look("#999933", (0, (6, 1, 1, 1)), ">", "**"),
+        RANDOM_BASE: Look("#666666", (0, (2, 1)), "p", "||||"),
+        ROUND_ROBIN: Look("#666666", (0, (6, 1, 1, 1)), ">", "**"),
+    }
+)
+OF_EXAMPLES: Mapping[str, Look] = MappingProxyType(
+    {
+        "example 1": Look("#000000", "-", "o", ""),
+        "example 2": Look("#0072B2", "--", "s", ""),
+        "example 3": Look("#D55E00", ":", "D", ""),
     }
 )
 STYLE = files("simulation.paper") / "paper.mplstyle"
@@ -111,12 +121,19 @@ def _example(figure: Figure, part: Part) -> None:
 
 def _curves(axes: Axes, rows: Sequence[Row]) -> None:
     """Draw what was earned by the end of each slot."""
-    for row in rows:
+    for place, row in enumerate(rows):
         look, shown = LOOKS[row.label], slice(None, None, EACH)
         slots = np.arange(1, len(row.curve) + 1)[shown]
         curve, half = np.array(row.curve)[shown], np.array(row.curve_ci95)[shown]
         axes.plot(
-            slots, curve, label=row.label, color=look.colour, linestyle=look.dashes
+            slots,
+            curve,
+            label=row.label,
+            color=look.colour,
+            linestyle=look.dashes,
+            marker=look.marker,
+            markersize=3,
+            markevery=(place, MARKED),
         )
         axes.fill_between(
             slots, curve - half, curve + half, color=look.colour, alpha=0.25, lw=0
@@ -242,8 +259,9 @@ def _truncation(figure: Figure, parts: Mapping[str, Part]) -> None:
     both[0].legend(loc="center right")
 
 
-def _example_4(figure: Figure, parts: Mapping[str, Part]) -> None:
-    part, series = parts["example-4"], parts["example-4"].series
+def _instances(figure: Figure, part: Part) -> None:
+    """Draw what instances have on average, and how they differ."""
+    series = part.series
     figure.set_size_inches(WIDE, 2 * HIGH)
     above, (left, right) = figure.subplots(2, 2)
     _curves(above[0], part.rows)
@@ -253,16 +271,16 @@ def _example_4(figure: Figure, parts: Mapping[str, Part]) -> None:
     above[1].set_xlabel("item, from the most played of an instance on")
     _spread(left, series, "gain", {"paper": PAPER, "exact": EXACT})
     left.axvline(0, color=LOOKS[MYOPIC].colour, lw=1)
-    left.axvline(PAPERS_GAIN, color="black", lw=0.8, linestyle=(0, (2, 2)))
-    left.annotate(
-        "the paper's 8 % ",
-        (PAPERS_GAIN, 0.5),
-        xycoords=("data", "axes fraction"),
-        ha="right",
-    )
+    if part.name == "example-4":
+        left.axvline(PAPERS_GAIN, color="black", lw=0.8, linestyle=(0, (2, 2)))
+        left.annotate(
+            "the paper's 8 % ",
+            (PAPERS_GAIN, 0.5),
+            xycoords=("data", "axes fraction"),
+            ha="right",
+        )
     left.set_xlabel("gain over myopic, %")
-    both = {"myopic": MYOPIC, "paper": PAPER, "exact": EXACT}
-    _spread(right, series, "gap", both)
+    _spread(right, series, "gap", NAMED)
     right.set_xlabel("gap to the upper bound, %")
 
 
@@ -304,10 +322,9 @@ def _items(figure: Figure, parts: Mapping[str, Part]) -> None:
 def _horizon(figure: Figure, parts: Mapping[str, Part]) -> None:
     part = parts["horizon"]
     left, right = figure.subplots(1, 2)
-    groups = dict.fromkeys(row.group for row in part.rows)
-    for group, label in zip(groups, (MYOPIC, PAPER, EXACT), strict=True):
-        _line(left, part.group(group), group, "difference", LOOKS[label])
-        _line(right, part.group(group), group, "decision_us", LOOKS[label])
+    for group, look in OF_EXAMPLES.items():
+        _line(left, part.group(group), group, "difference", look)
+        _line(right, part.group(group), group, "decision_us", look)
     left.set_ylabel(f"{REWARD} above myopic")
     right.set_ylabel("time of a decision, µs")
     right.set_yscale("log")
@@ -336,10 +353,11 @@ DRAWINGS = MappingProxyType(
     {
         "example-1": lambda figure, parts: _example(figure, parts["example-1"]),
         "noise": _noise,
+        "structure": lambda figure, parts: _instances(figure, parts["structure"]),
         "example-2": lambda figure, parts: _example(figure, parts["example-2"]),
         "example-3": lambda figure, parts: _example(figure, parts["example-3"]),
         "truncation": _truncation,
-        "example-4": _example_4,
+        "example-4": lambda figure, parts: _instances(figure, parts["example-4"]),
         "items": _items,
         "horizon": _horizon,
         "robustness": _robustness,

@@ -5,6 +5,7 @@ A part takes one processor: they are simulated beside each other.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from types import MappingProxyType
 from typing import TypeVar
 
@@ -16,46 +17,42 @@ from policies import (
     ModelSet,
     Situation,
     bound,
-    create,
     rested,
     untouched,
     worth_for_ever,
 )
-from simulation.contender import Progress, contenders
-from simulation.course import Course, slots_of
-from simulation.examples import DISCOUNT, Example, drawn, example
+from simulation.contender import Progress
+from simulation.examples import DISCOUNT, Example, drawn, example, ordered
 from simulation.listeners import Listeners
 from simulation.opening import opening
-from simulation.paper.rows import Entry, Part, Row, Trial
-from simulation.value import Value, half_width, quantile, value
+from simulation.paper.instances import Drawings, averaged, over
+from simulation.paper.labels import (
+    EXACT,
+    EXPECTED,
+    FIXED,
+    MYOPIC,
+    PAPER,
+    RANDOM,
+    RANDOM_BASE,
+    ROUND_ROBIN,
+    SHIPPED,
+    WHITTLE,
+    WHITTLE_MC,
+    entry,
+)
+from simulation.paper.rows import Part, Row, Trial
 
 T = TypeVar("T")
 
 BELIEF, STATE = "belief", "state"
-MYOPIC, WHITTLE, WHITTLE_MC = "myopic", "Whittle", "Whittle, Monte Carlo"
-PAPER, EXPECTED = "MC rollout, as in the paper", "MC rollout, expected rewards"
-EXACT, SHIPPED = "exact rollout, myopic base", "exact rollout, as shipped"
-FIXED, RANDOM, ROUND_ROBIN = "best fixed item", "random", "round robin"
-PARAMS: Mapping[str, tuple[str, Mapping[str, object]]] = MappingProxyType(
-    {
-        MYOPIC: ("myopic", {}),
-        WHITTLE: ("whittle", {}),
-        WHITTLE_MC: ("whittle_mc", {}),
-        PAPER: ("rollout", {"preset": "paper"}),
-        EXPECTED: ("rollout", {}),
-        EXACT: ("exact_rollout", {"base": "myopic", "horizon": 5, "leaf": "none"}),
-        SHIPPED: ("exact_rollout", {}),
-        FIXED: ("best_fixed", {}),
-        RANDOM: ("random", {}),
-        ROUND_ROBIN: ("round_robin", {}),
-    }
-)
 DEPTHS = {1: 6, 2: 2, 3: 2}  # of the bound
 TRAJECTORIES = (10, 30, 100, 300, 1000, 3000, 10_000)
 ENOUGH = 1000  # trajectories with expected rewards
 HORIZONS = range(1, 11)
 CUTS = (1, 2, 3, 4, 5, 6, 8, 12)  # horizons of the Monte Carlo index
 COUNTS = (5, 15, 50, 150, 500, 1000)  # of items
+INSTANCES = 6  # of so many items
+RUNS_OF_ITEMS = 20  # of each instance
 MOST_TABLES = 50  # a table of each model is worked out; more would take minutes
 WRONG = (0.0, 0.05, 0.1, 0.2, 0.3, 0.5)  # share of parameters that is
 LEAST_RUNS = 20
@@ -80,12 +77,6 @@ class Scale:
     def thin(self, values: Sequence[T]) -> Sequence[T]:
         """Return all of some values, or every other one."""
         return values if self.share == 1 else values[::2]
-
-
-def entry(label: str, runs: int, **params: object) -> Entry:
-    """Return a policy by its label, with some parameters changed."""
-    name, usual = PARAMS[label]
-    return Entry(label, name, {**usual, **params}, runs)
 
 
 def _example(
@@ -138,19 +129,22 @@ def _rested(start: Situation) -> Situation:
 
 def example_1(scale: Scale, progress: Progress) -> Part:
     """Structure, it is said; and myopic ahead of rollout."""
-    others = {PAPER: 1000, EXPECTED: 1000, EXACT: 3000, SHIPPED: 1000}
+    others = {PAPER: 1000, RANDOM_BASE: 500, EXPECTED: 1000, EXACT: 3000}
+    others[SHIPPED] = 1000
     return _example(1, scale, progress, others)
 
 
 def example_2(scale: Scale, progress: Progress) -> Part:
     """No structure; and rollout ahead."""
-    others = {PAPER: 1000, EXPECTED: 1000, EXACT: 3000, SHIPPED: 1000}
+    others = {PAPER: 1000, RANDOM_BASE: 500, EXPECTED: 1000, EXACT: 3000}
+    others[SHIPPED] = 1000
     return _example(2, scale, progress, others)
 
 
 def example_3(scale: Scale, progress: Progress) -> Part:
     """Rest leads to the second state; and Whittle behind."""
-    others = {PAPER: 1000, WHITTLE_MC: 300, EXACT: 3000, SHIPPED: 1000}
+    others = {PAPER: 1000, RANDOM_BASE: 500, EXPECTED: 1000, WHITTLE_MC: 300}
+    others |= {EXACT: 3000, SHIPPED: 1000}
     return _example(3, scale, progress, others)
 
 
@@ -192,67 +186,41 @@ def truncation(scale: Scale, progress: Progress) -> Part:
 
 
 def example_4(scale: Scale, progress: Progress) -> Part:
-    """Drawn instances: by how much rollout is ahead of myopic, in percent."""
-    instances, runs, slots = scale.count(200), scale.runs(25), slots_of(DISCOUNT)
-    named = {"myopic": MYOPIC, "paper": PAPER, "exact": EXACT}
-    policies = [create(*PARAMS[label]) for label in named.values()]
-    found: dict[str, list[Value]] = {name: [] for name in named}
-    gaps: dict[str, list[float]] = {f"gap, {name}": [] for name in named}
-    for seed in range(instances):
-        start = opening(drawn(seed))
-        most = bound(start, DISCOUNT, 0, POINTS).value
-        ready = contenders(policies, start.models)
-        course = Course(runs, slots, DISCOUNT, seed)
-        values = value(ready, start, course, threads=1)
-        for name, each in zip(named, values, strict=True):
-            found[name].append(each)
-            gaps[f"gap, {name}"].append(100 * (1 - each.mean / most))
-        progress((seed + 1) / instances)
-    gains: dict[str, list[float]] = {}
-    for name in ("paper", "exact"):
-        pairs = [*zip(found["myopic"], found[name], strict=True)]
-        shares = [(100 / one.mean, other.difference) for one, other in pairs]
-        gains[f"gain, {name}"] = [share * float(d.mean()) for share, d in shares]
-        gains[f"error, {name}"] = [share * half_width(d) for share, d in shares]
-    rows = [_on_average(label, found[name]) for name, label in named.items()]
-    marks = {"instances": instances, "runs": runs, "slots": slots}
-    return Part("example-4", rows, marks, gains | gaps)
+    """Drawn instances of fifteen items."""
+    drawings = Drawings("example-4", drawn, scale.count(200), scale.runs(25), POINTS)
+    return over(drawings, progress)
 
 
-def _on_average(label: str, values: Sequence[Value]) -> Row:
-    """Return the mean over instances; shares are those of items by their rank."""
-    means = np.array([each.mean for each in values])
-    differences = np.array([each.difference.mean() for each in values])
-    curves = np.array([each.curve for each in values])
-    spread = curves.std(axis=0, ddof=1) / np.sqrt(len(values))
-    half = quantile(len(values) - 1) * spread
-    ranked = np.mean([np.sort(each.shares)[::-1] for each in values], axis=0)
-    return Row(
-        "instances",
-        label,
-        None,
-        sum(len(each.rewards) for each in values),
-        float(means.mean()),
-        half_width(means),
-        float(differences.mean()),
-        half_width(differences),
-        float(np.median([each.decision_us for each in values])),
-        ranked.tolist(),
-        np.round(curves.mean(axis=0), 6).tolist(),
-        np.round(half, 6).tolist(),
-    )
+def structure(scale: Scale, progress: Progress) -> Part:
+    """Drawn instances of five items that have the structure the paper names."""
+    few = partial(ordered, items=len(example(1).models))
+    drawings = Drawings("structure", few, scale.count(200), scale.runs(50), POINTS)
+    return over(drawings, progress)
 
 
 def items(scale: Scale, progress: Progress) -> Part:
-    """More and more drawn items, each with a model of its own."""
+    """More and more drawn items, each with a model of its own; on average."""
     rows: list[Row] = []
     counts = scale.thin(COUNTS)
     for place, count in enumerate(counts):
-        start, runs = opening(drawn(0, count)), scale.runs(100)
         few = (WHITTLE, SHIPPED) if count <= scale.count(MOST_TABLES) else ()
-        entries = [entry(label, runs) for label in (MYOPIC, EXPECTED, EXACT, *few)]
-        trial = Trial("items", start, entries, slots=SHORT, x=count)
-        rows += trial.rows()
+        labels = (MYOPIC, EXPECTED, EXACT, *few)
+        entries = [entry(label, scale.runs(RUNS_OF_ITEMS)) for label in labels]
+        rows += averaged(
+            [
+                [
+                    *Trial(
+                        "items",
+                        opening(drawn(seed, count)),
+                        entries,
+                        slots=SHORT,
+                        x=count,
+                        seed=seed,
+                    ).rows()
+                ]
+                for seed in range(scale.count(INSTANCES))
+            ]
+        )
         progress((place + 1) / len(counts))
     return Part("items", rows)
 
@@ -289,7 +257,7 @@ def robustness(scale: Scale, progress: Progress) -> Part:
                 "robustness", start, entries, listeners, SHORT, share, seed=seed
             )
             found.append(list(trial.rows()))
-        rows += [_over(mistake) for mistake in zip(*found, strict=True)]
+        rows += averaged(found)
         progress((place + 1) / len(shares))
     return Part("robustness", rows)
 
@@ -320,25 +288,11 @@ def mistaken(models: Sequence[Model], share: float, seed: int) -> Sequence[Model
     ]
 
 
-def _over(rows: Sequence[Row]) -> Row:
-    """Return the mean of rows that differ by the mistakes alone."""
-    means = np.array([row.mean for row in rows])
-    differences = np.array([row.difference for row in rows])
-    return replace(
-        rows[0],
-        runs=sum(row.runs for row in rows),
-        mean=float(means.mean()),
-        ci95=half_width(means),
-        difference=float(differences.mean()),
-        difference_ci95=half_width(differences),
-        decision_us=float(np.median([row.decision_us for row in rows])),
-    )
-
-
 PARTS: Mapping[str, Callable[[Scale, Progress], Part]] = MappingProxyType(
     {
         "example-1": example_1,
         "noise": noise,
+        "structure": structure,
         "example-2": example_2,
         "example-3": example_3,
         "truncation": truncation,

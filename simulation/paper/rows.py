@@ -1,7 +1,7 @@
 """What was found, in a form that files keep."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from math import hypot
 from typing import Any
 
@@ -142,21 +142,25 @@ class Trial:
         runs = len(found.rewards)
         difference = found.rewards - first[:runs]
         mean, half = corrected(found.rewards, first)
-        return Row(
-            self.group,
-            entry.label,
-            self.x,
-            runs,
-            mean,
-            half,
-            float(difference.mean()),
-            half_width(difference),
-            found.decision_us,
-            found.shares.tolist() if self.in_full else (),
-            np.round(found.curve, 6).tolist() if self.in_full else (),
-            np.round(quantile(runs - 1) * found.curve_error, 6).tolist()
-            if self.in_full
-            else (),
+        row = Row(
+            group=self.group,
+            label=entry.label,
+            x=self.x,
+            runs=runs,
+            mean=mean,
+            ci95=half,
+            difference=float(difference.mean()),
+            difference_ci95=half_width(difference),
+            decision_us=found.decision_us,
+        )
+        if not self.in_full:
+            return row
+        band = quantile(runs - 1) * found.curve_error
+        return replace(
+            row,
+            shares=found.shares.tolist(),
+            curve=np.round(found.curve, 6).tolist(),
+            curve_ci95=np.round(band, 6).tolist(),
         )
 
 

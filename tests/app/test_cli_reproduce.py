@@ -8,9 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from app import __version__
 from app.cli import reproduce
-from app.cli.reproduce import Work
+from app.cli.reproduce import Work, sources
 from simulation.paper import PARTS, Part, Scale
 from tests.app.commands import ROOT, Encore, start
 
@@ -19,12 +18,12 @@ COMMITTED = ROOT / "docs" / "paper"
 
 @pytest.fixture
 def out(tmp_path: Path) -> Path:
-    """A folder with all results, as this release would have kept them."""
+    """A folder with all results, as this code would have kept them."""
     results = tmp_path / "out" / "results"
     results.mkdir(parents=True)
     for name in PARTS:
         kept = json.loads((COMMITTED / "results" / f"{name}.json").read_text())
-        kept["made_by"]["version"] = __version__
+        kept["made_by"]["sources"] = sources()
         (results / f"{name}.json").write_text(json.dumps(kept))
     return tmp_path / "out"
 
@@ -36,7 +35,9 @@ def test_what_was_simulated_is_drawn_and_told(encore: Encore, out: Path) -> None
     assert said.out.startswith(f"{out}/report.md, {out}/report.html, after 0.")
     pictures = {file.name for file in (out / "figures").iterdir()}
     assert pictures == {f"{name}.{kind}" for name in PARTS for kind in ("svg", "png")}
-    assert {file.stem for file in (out / "tables").iterdir()} == {*PARTS}
+    tables = {file.stem for file in (out / "tables").iterdir()}
+    drawn = {f"{name}-instances" for name in ("structure", "example-4")}
+    assert tables == {*PARTS} | drawn
     told = (out / "report.md").read_text().splitlines()[4:]
     committed = (COMMITTED / "report.md").read_text().splitlines()[4:]
     assert told == committed
@@ -65,7 +66,7 @@ def test_results_of_another_scale_are_not_taken(
 
     assert isinstance(full.kept("items"), Part)
     assert quick.kept("items") is None
-    assert "is of another release or scale" in capsys.readouterr().err
+    assert "is of other code or another scale" in capsys.readouterr().err
     for broken in ("", "{", "[]", '{"made_by": 1, "part": {}}', '{"made_by": {}}'):
         (out / "results" / "items.json").write_text(broken)
         assert full.kept("items") is None

@@ -75,8 +75,9 @@ def test_at_no_price_is_the_bound_lower(drawn: Instance, discount: float) -> Non
     prices = np.linspace(price - width, price + width, 301)
     around = [bound_at(case, relaxation, float(near)) for near in prices]
     assert found == pytest.approx(bound_at(case, relaxation, price), abs=1e-9)
-    assert min(around) >= found - 1e-6 * width / (1 - discount) - 1e-9
-    assert (np.diff(around, 2) >= -1e-6).all()  # values are that precise
+    precise = 1e-6 * width / (1 - discount)  # of an item's value
+    assert min(around) >= found - precise - 1e-9
+    assert (np.diff(around, 2) >= -4 * precise * case.count.sum() - 1e-9).all()
 
 
 @pytest.mark.parametrize("example", [1, 2, 3])

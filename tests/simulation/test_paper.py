@@ -14,20 +14,20 @@ from markdown_it import MarkdownIt
 from numpy.testing import assert_allclose
 from PIL import Image
 
-from simulation import drawn, example, half_width
+from simulation import drawn, example, half_width, ordered
 from simulation.paper import PARTS, Part, Scale, claims, figures, parts, report
 from simulation.paper.claims import Claim, Verdict, is_monotone, is_tp2
-from simulation.paper.parts import (
-    BELIEF,
+from simulation.paper.labels import (
     EXACT,
     EXPECTED,
     FIXED,
     MYOPIC,
     PAPER,
-    STATE,
+    RANDOM_BASE,
     WHITTLE,
-    mistaken,
+    entry,
 )
+from simulation.paper.parts import BELIEF, STATE, mistaken
 from simulation.paper.report import SECTIONS
 from simulation.paper.rows import Row, Trial, corrected
 
@@ -92,6 +92,11 @@ def test_the_committed_report_is_what_is_written_of_its_numbers(
         (3, PAPER, BELIEF, 12.58, 0.065),
         (1, EXPECTED, BELIEF, 14.23, 0.01),
         (2, EXPECTED, BELIEF, 8.95, 0.01),
+        (3, EXPECTED, BELIEF, 12.83, 0.01),
+        (1, RANDOM_BASE, BELIEF, 13.16, 0.05),
+        (2, RANDOM_BASE, BELIEF, 7.89, 0.05),
+        (3, RANDOM_BASE, BELIEF, 10.81, 0.05),
+        (1, EXACT, BELIEF, 14.23, 0.01),
         (2, EXACT, BELIEF, 8.95, 0.01),
         (3, EXACT, BELIEF, 12.83, 0.01),
         (1, WHITTLE, BELIEF, 14.234, 0.01),
@@ -149,8 +154,9 @@ def changed(part: Part, label: str, **fields: float) -> Part:
     [
         (0, "example-1", PAPER, {"difference": 1.0}, NOT_REPRODUCED),
         (0, "example-1", PAPER, {"difference_ci95": 9.0}, UNKNOWN),
-        (1, "noise", EXPECTED, {"difference_ci95": 9.0}, UNKNOWN),
-        (1, "noise", EXACT, {"difference": -1.0}, REPRODUCED),
+        (1, "noise", PAPER, {"difference_ci95": 9.0}, UNKNOWN),
+        (1, "noise", EXACT, {"difference": -1.0}, UNKNOWN),
+        (1, "structure", PAPER, {"difference": 9.0}, NOT_REPRODUCED),
         (3, "example-2", PAPER, {"difference": -1.0}, NOT_REPRODUCED),
         (4, "example-2", MYOPIC, {"shares": (1, 0, 0, 0, 0)}, NOT_REPRODUCED),
         (5, "example-2", PAPER, {"shares": (0, 0, 1, 0, 0)}, NOT_REPRODUCED),
@@ -178,6 +184,18 @@ def test_other_numbers_would_be_judged_otherwise(
 
     assert verdicts(other)[claim] is verdict
     assert verdicts(found)[claim] is not verdict
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_instances_with_the_structure_have_all_of_it(seed: int) -> None:
+    for model in ordered(seed, 5):
+        for matrix in (model.play, model.rest):
+            assert is_monotone(matrix)
+            assert is_tp2(matrix)
+        assert (np.diff(model.like) > 0).all()
+        assert model.prior.sum() == pytest.approx(1)
+    first, other = (ordered(seed + step, 1)[0].play for step in (0, 1))
+    assert not np.allclose(first, other)
 
 
 @pytest.mark.parametrize(
@@ -208,6 +226,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
         "COUNTS": (5, 60),
         "HORIZONS": (1, 2),
         "WRONG": (0.0, 0.3),
+        "INSTANCES": 2,
         "SHORT": 5,
     }
     for name, value in changes.items():
@@ -246,10 +265,10 @@ def without_times(part: Part) -> Part:
 
 def test_what_more_users_tell_of_the_first_policy_corrects_the_others() -> None:
     start, rng = example(1).start, np.random.default_rng(2)
-    few, many = (parts.entry(WHITTLE, runs) for runs in (60, 2000))
+    few, many = (entry(WHITTLE, runs) for runs in (60, 2000))
 
-    _, row = Trial("g", start, [parts.entry(MYOPIC, 2000), few], slots=30).rows()
-    [alone, _] = Trial("g", start, [few, parts.entry(MYOPIC, 60)], slots=30).rows()
+    _, row = Trial("g", start, [entry(MYOPIC, 2000), few], slots=30).rows()
+    [alone, _] = Trial("g", start, [few, entry(MYOPIC, 60)], slots=30).rows()
     [truth, _] = Trial("g", start, [many, few], slots=30).rows()
 
     assert row.ci95 < 0.9 * alone.ci95
@@ -318,7 +337,7 @@ def test_every_claim_names_a_figure_and_every_link_leads_somewhere(
     for name in PARTS:
         assert f"results/{name}.json" in local
     tables = {link for link in local if link.startswith("tables/")}
-    assert len(tables) == len(PARTS)
+    assert len(tables) == len(PARTS) + 2
     for link in tables:
         rows = [*csv.reader((tmp_path / link).read_text().splitlines())]
         assert len(rows) > 2
