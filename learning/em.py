@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial, reduce
 from operator import add
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -19,17 +19,18 @@ from learning.maximization import Smoothing, drawn, log_prior, maximize, rows
 from learning.streams import Streams
 from policies import Floats
 
+T = TypeVar("T")
+R = TypeVar("R")
+
 PARTS = 8  # that the streams are counted in; sums do not depend on the machine
 TRIED = 12  # E steps from each beginning, before the best goes on
 
 
-class Mapped(Protocol):
-    """How work on the parts is spread: over threads, or over machines."""
+class Spread(Protocol):
+    """How work on several things is spread: over threads, or over machines."""
 
-    def __call__(
-        self, work: Callable[[Streams], Counts], parts: Sequence[Streams], /
-    ) -> Iterable[Counts]:
-        """Return what the work gives, part by part, in their order."""
+    def __call__(self, work: Callable[[T], R], things: Iterable[T], /) -> Iterable[R]:
+        """Return what the work gives, thing by thing, in their order; `map` does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +77,7 @@ class Climb:
         parts: Sequence[Streams],
         chain: Chain,
         smoothing: Smoothing,
-        spread: Mapped,
+        spread: Spread,
     ) -> None:
         """Begin at a chain."""
         self._parts = parts
@@ -162,7 +163,7 @@ def learn(
     reward: Floats,
     effort: Effort,
     smoothing: Smoothing,
-    spread: Mapped = map,
+    spread: Spread = map,
 ) -> Learned:
     """Learn a chain.
 
