@@ -9,13 +9,21 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial, reduce
 from operator import add
-from typing import Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from learning.chain import Chain, Counts
 from learning.expectation import expect
-from learning.maximization import Smoothing, drawn, log_prior, maximize, rows
+from learning.maximization import (
+    Bond,
+    Smoothing,
+    bound,
+    drawn,
+    log_prior,
+    maximize,
+    rows,
+)
 from learning.streams import Streams
 from policies import Floats
 
@@ -23,6 +31,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 PARTS = 8  # that the streams are counted in; sums do not depend on the machine
+LEAST = 1e-150
 TRIED = 12  # E steps from each beginning, before the best goes on
 
 
@@ -69,22 +78,25 @@ class Learned:
     settled: bool
 
 
+class Terms(NamedTuple):
+    """What is imagined beside what was seen, and what is not to be learned."""
+
+    smoothing: Smoothing
+    bond: Bond = Bond.NONE
+
+
 class Climb:
     """One way up, from a chain to ever likelier ones."""
 
     def __init__(
-        self,
-        parts: Sequence[Streams],
-        chain: Chain,
-        smoothing: Smoothing,
-        spread: Spread,
+        self, parts: Sequence[Streams], chain: Chain, terms: Terms, spread: Spread
     ) -> None:
         """Begin at a chain."""
         self._parts = parts
-        self._smoothing = smoothing
+        self._terms = terms
         self._spread = spread
-        self.chain = chain
-        self.counts, self.height = self._at(chain)
+        self.chain = bound(chain, terms.bond)
+        self.counts, self.height = self._at(self.chain)
         self.risen = [self.height]
 
     def on(self, steps: int, tolerance: float) -> bool:
@@ -99,12 +111,14 @@ class Climb:
 
     def _at(self, chain: Chain) -> tuple[Counts, float]:
         found = reduce(add, self._spread(partial(expect, chain=chain), self._parts))
-        return found, found.likelihood + log_prior(chain, self._smoothing)
+        return found, found.likelihood + log_prior(chain, self._terms.smoothing)
 
     def _step(self) -> Chain:
         """Take one plain step of EM; return where it began."""
         before = self.chain
-        self.chain = maximize(self.counts, before, self._smoothing)
+        self.chain = maximize(
+            self.counts, before, self._terms.smoothing, self._terms.bond
+        )
         self.counts, self.height = self._at(self.chain)
         self.risen.append(self.height)
         return before
@@ -124,7 +138,7 @@ def stretched(first: Chain, second: Chain, third: Chain) -> Chain:
     one, two, three = (_logarithms(chain) for chain in (first, second, third))
     step = two - one
     bend = (three - two) - step
-    length = float(np.sqrt((step @ step) / max(bend @ bend, 1e-300)))
+    length = float(np.linalg.norm(step) / max(float(np.linalg.norm(bend)), LEAST))
     length = min(max(length, 1.0), 1e3)
     return _chain_of(one + 2 * length * step + length**2 * bend, third)
 
@@ -162,7 +176,7 @@ def learn(
     beginnings: Sequence[Chain],
     reward: Floats,
     effort: Effort,
-    smoothing: Smoothing,
+    terms: Terms,
     spread: Spread = map,
 ) -> Learned:
     """Learn a chain.
@@ -172,11 +186,11 @@ def learn(
         beginnings: chains to start from.
         reward: (K,) worth of each signal.
         effort: how hard to look.
-        smoothing: what is imagined beside what was seen.
+        terms: see there.
         spread: how the work is spread.
     """
     parts = streams.parts(PARTS)
-    climbs = [Climb(parts, chain, smoothing, spread) for chain in beginnings]
+    climbs = [Climb(parts, chain, terms, spread) for chain in beginnings]
     if len(climbs) > 1:
         for climb in climbs:
             climb.on(TRIED, 0.0)

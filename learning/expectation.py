@@ -17,15 +17,8 @@ from learning.streams import Streams
 from policies import Floats
 
 
-def expect(streams: Streams, chain: Chain, weight: Floats | None = None) -> Counts:
-    """Return what a chain expects to have happened.
-
-    Args:
-        streams: N of them.
-        chain: of as many signals and moods.
-        weight: (N,) of each stream; None: one.
-    """
-    weight = np.ones(len(streams)) if weight is None else weight
+def expect(streams: Streams, chain: Chain) -> Counts:
+    """Return what a chain of as many signals and moods expects to have happened."""
     found = Found(
         np.zeros_like(chain.play),
         np.zeros((len(streams.lengths), *chain.play.shape)),
@@ -33,13 +26,13 @@ def expect(streams: Streams, chain: Chain, weight: Floats | None = None) -> Coun
         np.zeros_like(chain.prior),
         np.zeros(len(streams)),
     )
-    both_ways(_seen(streams), _steps(streams, chain), weight, found)
+    both_ways(_seen(streams), _steps(streams, chain), streams.weight, found)
     return Counts(
         found.played * chain.play,
         within(chain, streams.lengths, found.ends),
         found.observed,
         found.begun * chain.prior,
-        float(weight @ found.likelihood),
+        float(streams.weight @ found.likelihood),
     )
 
 

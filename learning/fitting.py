@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from learning.chain import Chain
-from learning.em import Effort, Learned, Spread, beginnings, learn
+from learning.em import Effort, Learned, Spread, Terms, beginnings, learn
 from learning.expectation import chances
 from learning.maximization import Smoothing
 from learning.mixture import Types, learn_types
@@ -83,7 +83,7 @@ def fit(plays: Plays, recipe: Recipe, spread: Spread = map) -> Fitted:
         signals=len(plays.signals),
         in_time=recipe.in_time,
     )
-    whole = learn(seen, begun, reward, recipe.effort, recipe.smoothing, spread)
+    whole = learn(seen, begun, reward, recipe.effort, Terms(recipe.smoothing), spread)
     types = _types(seen, whole.chain, len(plays.arms), recipe, spread)
     met = np.bincount(mood, minlength=moods) + 1e-3
     return Fitted(recipe, types, whole, met / met.sum())

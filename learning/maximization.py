@@ -1,6 +1,7 @@
 """The M step: the chain that makes expected counts most likely."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from learning.chain import Chain, Counts
 from policies import Floats
 
 SECONDS = 86_400.0  # of rest that are imagined with each imagined move
+STILL = 1e-6  # chance of a move where interest hardly moves
 SLOT_S = 300.0  # of a slot, where chains in time begin
 SPREAD = 2.5  # of the log-odds of a like at first, from the mean to either end
 
@@ -27,15 +29,56 @@ class Smoothing:
     prior: float = 0.5
 
 
-def maximize(counts: Counts, chain: Chain, smoothing: Smoothing) -> Chain:
-    """Return the chain of the greatest posterior density, given such counts."""
-    rest = (
-        _generator(counts.rest, smoothing.moves)
-        if chain.in_time
-        else rows(counts.rest + smoothing.moves)
-    )
+class Bond(StrEnum):
+    """What a chain may not learn, to see what a log tells of it.
+
+    NONE: it learns everything
+    REST: interest hardly moves while an item rests
+    PLAY: it hardly moves by a play
+    SAME: it moves by a rest as by a play; in slots alone
+    """
+
+    NONE = "none"
+    REST = "rest"
+    PLAY = "play"
+    SAME = "same"
+
+
+def bound(chain: Chain, bond: Bond) -> Chain:
+    """Return a chain that keeps to a bond, to begin with."""
+    size = len(chain.prior)
+    still = (1 - STILL) * np.eye(size) + STILL / size
+    if bond is Bond.REST and chain.in_time:
+        still = (still - np.eye(size)) / SLOT_S
+    if bond is Bond.REST:
+        return replace(chain, rest=still)
+    if bond is Bond.PLAY:
+        return replace(chain, play=still)
+    return replace(chain, rest=chain.play) if bond is Bond.SAME else chain
+
+
+def maximize(
+    counts: Counts, chain: Chain, smoothing: Smoothing, bond: Bond = Bond.NONE
+) -> Chain:
+    """Return the chain of the greatest posterior density, given such counts.
+
+    Args:
+        counts: expected.
+        chain: that expects them.
+        smoothing: what is imagined beside them.
+        bond: what stays as it is.
+    """
+    play, rest = chain.play, chain.rest
+    if bond is Bond.SAME:
+        play = rest = rows(counts.play + counts.rest + 2 * smoothing.moves)
+    if bond in {Bond.NONE, Bond.REST}:
+        play = rows(counts.play + smoothing.moves)
+    if bond in {Bond.NONE, Bond.PLAY} and chain.in_time:
+        rest = _generator(counts.rest, smoothing.moves)
+    elif bond in {Bond.NONE, Bond.PLAY}:
+        rest = rows(counts.rest + smoothing.moves)
     return Chain(
-        rows(counts.play + smoothing.moves),
+        play,
         rest,
         rows(counts.observe + smoothing.observe),
         rows(counts.prior + smoothing.prior),

@@ -71,7 +71,7 @@ def learn_types(
     seen = np.zeros(arms, dtype=np.bool_)
     seen[streams.arm] = True
     chains: Sequence[Chain] = [first] * types
-    belongs = _first_types(streams, arms, types)
+    belongs, share = _first_types(streams, arms, types), np.full(types, 1 / types)
     risen: list[float] = []
     settled = False
     while len(risen) < effort.steps and not settled:
@@ -109,13 +109,8 @@ def _first_types(streams: Streams, arms: int, types: int) -> Floats:
 def _counts(
     parts: Sequence[Streams], chain: Chain, belongs: Floats, spread: Spread
 ) -> Counts:
-    work = partial(_expect, chain=chain)
-    return reduce(add, spread(work, [(part, belongs[part.arm]) for part in parts]))
-
-
-def _expect(weighed: tuple[Streams, Floats], chain: Chain) -> Counts:
-    streams, weight = weighed
-    return expect(streams, chain, weight)
+    weighed = [part.weighing(part.weight * belongs[part.arm]) for part in parts]
+    return reduce(add, spread(partial(expect, chain=chain), weighed))
 
 
 def _told(
@@ -125,7 +120,7 @@ def _told(
     told = np.zeros((arms, len(chains)))
     found = spread(partial(_likelihoods, chains=chains), parts)
     for part, each in zip(parts, found, strict=True):
-        np.add.at(told, part.arm, each)
+        np.add.at(told, part.arm, part.weight[:, None] * each)
     return told
 
 

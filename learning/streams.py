@@ -26,6 +26,7 @@ class Streams:
             stream's play before, or since the user's first play of any arm.
         lengths: (D,) of rests, ascending: slots, or seconds.
         row: (P,) of each play in the log.
+        weight: (N,) how often each stream counts.
     """
 
     first: Ints
@@ -36,6 +37,7 @@ class Streams:
     rest: Ints
     lengths: Floats
     row: Ints
+    weight: Floats
 
     def __len__(self) -> int:
         """Return N."""
@@ -65,11 +67,12 @@ class Streams:
             rest.astype(np.int64),
             self.lengths[used],
             self.row[a:b],
+            self.weight[begin:end],
         )
 
-    def with_mood(self, mood: Ints) -> "Streams":
-        """Return them with other moods, (P,) by row of the log."""
-        return replace(self, mood=mood[self.row])
+    def weighing(self, weight: Floats) -> "Streams":
+        """Return them, each counting so often, (N,)."""
+        return replace(self, weight=weight)
 
 
 def streams(
@@ -104,6 +107,7 @@ def streams(
         rest.astype(np.int64),
         lengths,
         row,
+        np.ones(len(begins)),
     )
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from hypothesis import strategies as st
 
-from learning import Plays
+from learning import NONE, Plays
 from learning.chain import Chain
 from policies import Ints
 
@@ -28,16 +28,18 @@ def log(
     )
 
 
+def lists(count: int, most: int, least: int = 0) -> st.SearchStrategy[list[int]]:
+    return st.lists(st.integers(least, most), min_size=count, max_size=count)
+
+
 @st.composite
 def logs(draw: st.DrawFn, most: int = 12, users: int = 3, arms: int = 3) -> Plays:
     """Plays with some answers missing, at whole minutes."""
     count = draw(st.integers(1, most))
-    few = {"min_size": count, "max_size": count}
-    user = sorted(draw(st.lists(st.integers(0, users - 1), **few)))
-    arm = draw(st.lists(st.integers(0, arms - 1), **few))
-    answer = draw(st.lists(st.integers(-1, 1), **few))
-    minutes = draw(st.lists(st.integers(0, 90), **few))
-    return log(user, arm, answer, np.cumsum(minutes) * 60.0)
+    user = sorted(draw(lists(count, users - 1)))
+    arm, answer = draw(lists(count, arms - 1)), draw(lists(count, 1, NONE))
+    minutes = draw(lists(count, 90))
+    return log(user, arm, answer, (np.cumsum(minutes) * 60.0).tolist())
 
 
 def chain(
@@ -64,3 +66,27 @@ def chain(
 def moods(plays: Plays, classes: int, seed: int) -> Ints:
     """Any mood at each play."""
     return np.random.default_rng(seed).integers(0, classes, len(plays))
+
+
+def sampled(
+    true: Sequence[Chain], rng: np.random.Generator, users: int, slots: int, arms: int
+) -> Plays:
+    """Let arms be played at random; they follow the chains in turn."""
+    size = len(true[0].prior)
+    kinds = [true[arm % len(true)] for arm in range(arms)]
+    first = [rng.choice(size, users, p=kind.prior) for kind in kinds]
+    state = np.stack(first, axis=1)
+    arm, answer = (np.empty((users, slots), dtype=np.int64) for _ in range(2))
+    for slot in range(slots):
+        arm[:, slot] = rng.integers(0, arms, users)
+        for other, kind in enumerate(kinds):
+            played, now = arm[:, slot] == other, state[:, other]
+            liked = rng.random(users) < kind.observe[0, now, 1]
+            answer[played, slot] = liked[played]
+            moved = np.where(played[:, None], kind.play[now], kind.rest[now])
+            drawn = (rng.random(users)[:, None] > moved.cumsum(axis=1)).sum(axis=1)
+            state[:, other] = np.minimum(drawn, size - 1)
+    who, what = ([str(n) for n in range(count)] for count in (users, arms))
+    user = np.repeat(np.arange(users), slots)
+    liked = answer.ravel().astype(np.int8)
+    return Plays(user, arm.ravel(), liked, None, None, who, what)

@@ -11,12 +11,12 @@ from numpy.testing import assert_allclose
 
 from learning import Plays
 from learning.chain import Chain
-from learning.em import Climb, Effort, beginnings, learn, stretched
+from learning.em import Climb, Effort, Terms, beginnings, learn, stretched
 from learning.expectation import chances, expect
 from learning.maximization import Smoothing, log_prior, maximize
 from learning.streams import Streams, streams
-from policies import Floats
-from tests.learning.logs import chain, logs, moods
+from policies import Floats, Ints
+from tests.learning.logs import chain, logs, moods, sampled
 
 SEEDS = st.integers(0, 2**32)
 REWARD = np.array([0.0, 1.0])
@@ -64,7 +64,7 @@ def test_a_stretched_climb_never_goes_down(
 ) -> None:
     seen = streams(plays, in_time=in_time)
     begun = chain(seed, in_time=in_time)
-    climb = Climb(seen.parts(3), begun, Smoothing(), map)
+    climb = Climb(seen.parts(3), begun, Terms(Smoothing()), map)
 
     climb.on(30, 0.0)
 
@@ -97,37 +97,10 @@ def world() -> tuple[Plays, Chain]:
         np.array([[[0.9, 0.1], [0.15, 0.85]]]),
         np.array([0.5, 0.5]),
     )
-    return sampled(true, np.random.default_rng(3), 200, 100, 4), true
+    return sampled([true], np.random.default_rng(3), 200, 100, 4), true
 
 
-def sampled(
-    true: Chain, rng: np.random.Generator, users: int, slots: int, arms: int
-) -> Plays:
-    """Let arms be played at random."""
-    size = len(true.prior)
-    state = rng.choice(size, (users, arms), p=true.prior)
-    arm, answer = (np.empty((users, slots), dtype=np.int64) for _ in range(2))
-    for slot in range(slots):
-        arm[:, slot] = rng.integers(0, arms, users)
-        for user in range(users):
-            for other in range(arms):
-                now, played = state[user, other], arm[user, slot] == other
-                if played:
-                    answer[user, slot] = rng.random() < true.observe[0, now, 1]
-                moved = true.play if played else true.rest
-                state[user, other] = rng.choice(size, p=moved[now])
-    return Plays(
-        np.repeat(np.arange(users), slots),
-        arm.ravel(),
-        answer.ravel().astype(np.int8),
-        None,
-        None,
-        [str(user) for user in range(users)],
-        [str(other) for other in range(arms)],
-    )
-
-
-def log_loss(chance: Floats, answer: Floats) -> float:
+def log_loss(chance: Floats, answer: Ints) -> float:
     return -float(np.log(np.where(answer == 1, chance, 1 - chance)).mean())
 
 
@@ -135,7 +108,7 @@ def test_what_made_a_log_is_found(world: tuple[Plays, Chain]) -> None:
     plays, true = world
     seen, effort = streams(plays), Effort(starts=3, steps=300)
 
-    found = learn(seen, beginnings(2, 0.5, effort), REWARD, effort, Smoothing())
+    found = learn(seen, beginnings(2, 0.5, effort), REWARD, effort, Terms(Smoothing()))
 
     assert found.settled
     assert found.chain.observe[0, 0, 1] < found.chain.observe[0, 1, 1]
@@ -156,9 +129,9 @@ def test_threads_change_nothing_and_seeds_say_where_to_begin(
     effort = Effort(starts=2, steps=10, seed=5)
     learned = partial(learn, seen, beginnings(2, 0.5, effort), REWARD, effort)
 
-    alone = learned(Smoothing())
+    alone = learned(Terms(Smoothing()))
     with ThreadPoolExecutor(2) as pool:
-        beside = learned(Smoothing(), pool.map)
+        beside = learned(Terms(Smoothing()), pool.map)
 
     assert alone.risen == beside.risen
     assert (alone.chain.play == beside.chain.play).all()

@@ -92,7 +92,7 @@ def test_weights_share_streams_out(plays: Plays, seed: int) -> None:
     seen, true = streams(plays), chain(seed)
     weight = np.random.default_rng(seed).random(len(seen))
 
-    one, other = expect(seen, true, weight), expect(seen, true, 1 - weight)
+    one, other = (expect(seen.weighing(share), true) for share in (weight, 1 - weight))
 
     assert_alike(one + other, expect(seen, true))
     assert one.prior.sum() == pytest.approx(weight.sum())
