@@ -74,7 +74,7 @@ class Mood:
     def classes(self) -> int:
         """Return C, how many moods there are."""
         pauses = 1 if self.pause_s is None else 2
-        return (2 ** (self.answers + 1) - 1) * (len(self.levels) + 1) * pauses
+        return ((2 << self.answers) - 1) * (len(self.levels) + 1) * pauses
 
     def of(self, state: MoodState, waited_s: float | None) -> int:
         """Return the class of a mood, 0 to C - 1.
@@ -120,7 +120,12 @@ class Mood:
 
 @inner
 def _class_of(
-    recent: int, _told: int, tendency: float, levels: Floats, paused: bool, resumed: bool
+    recent: int,
+    _told: int,
+    tendency: float,
+    levels: Floats,
+    paused: bool,
+    resumed: bool,
 ) -> int:
     level = 0
     while level < len(levels) and tendency >= levels[level]:
@@ -161,9 +166,7 @@ def _along(
         recent, told, tendency = 1, 0, 0.5
         for p in range(first[u], first[u + 1]):
             resumed = (
-                pause < np.inf
-                and p > first[u]
-                and seconds[p] - seconds[p - 1] > pause
+                pause < np.inf and p > first[u] and seconds[p] - seconds[p - 1] > pause
             )
             found[p] = _class_of(recent, told, tendency, levels, paused, resumed)
             recent, told, tendency = _after(

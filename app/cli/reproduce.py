@@ -141,12 +141,13 @@ def _simulate(work: Work, names: Sequence[str]) -> None:
     processes = min(len(names), os.cpu_count() or 1)
     executor = ProcessPoolExecutor(processes, spawned, _begin, (shares,))
     try:
-        ours = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: we end them
+        interrupt = {signal.SIGINT}
+        signal.pthread_sigmask(signal.SIG_BLOCK, interrupt)  # inherited: we end them
         running = {
             executor.submit(_simulate_one, work, name, place)
             for place, name in enumerate(names)
         }
-        signal.signal(signal.SIGINT, ours)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, interrupt)
         with progress() as bar:
             tasks = [bar.add_task(name, total=100) for name in names]
             while running:
