@@ -33,6 +33,8 @@ class Plays:
         arms: A names.
         signals: K names.
         reward: (K,) in [0, 1], worth of each signal.
+        slots: (P,) in which plays took place, ascending within each user, where one
+            slot may hold several; None: each play is a slot.
     """
 
     user: Ints
@@ -44,6 +46,7 @@ class Plays:
     arms: Sequence[str]
     signals: Sequence[str] = ("skip", "like")
     reward: tuple[float, ...] = (0.0, 1.0)
+    slots: Ints | None = None
 
     def __len__(self) -> int:
         """Return P."""
@@ -56,6 +59,11 @@ class Plays:
 
     @property
     def slot(self) -> Ints:
+        """Return (P,): the slot in which each play took place, from 0."""
+        return self.number if self.slots is None else self.slots
+
+    @property
+    def number(self) -> Ints:
         """Return (P,): how many plays the user had before."""
         return np.arange(len(self)) - self.first[self.user]
 
@@ -74,6 +82,7 @@ class Plays:
             answer=self.answer[rows],
             seconds=None if self.seconds is None else self.seconds[rows],
             propensity=None if self.propensity is None else self.propensity[rows],
+            slots=self.slot[rows],
         )
 
     def earliest(self, share: float) -> Bools:
@@ -82,7 +91,7 @@ class Plays:
         Of a user with n plays these are the first floor(share * n).
         """
         counts = np.diff(self.first)
-        return self.slot < np.floor(share * counts).astype(np.int64)[self.user]
+        return self.number < np.floor(share * counts).astype(np.int64)[self.user]
 
     @property
     def repeated(self) -> Bools:

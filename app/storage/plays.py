@@ -64,6 +64,29 @@ HISTORY = (
     .order_by(plays.c.closed, plays.c.place)
     .limit(sa.bindparam("limit"))
 )
+LOG = (
+    sa.select(
+        plays.c.user_id,
+        items.c.id.label("item"),
+        plays.c.closed,
+        plays.c.place,
+        plays.c.signal,
+        plays.c.created_at,
+        plays.c.propensity,
+    )
+    .join(items, items.c.serial == plays.c.item)
+    .where(
+        plays.c.closed.is_not(None),
+        sa.tuple_(plays.c.user_id, plays.c.closed, plays.c.place)
+        > sa.tuple_(
+            sa.bindparam("user", type_=sa.String),
+            sa.bindparam("slot", type_=sa.Integer),
+            sa.bindparam("place", type_=sa.Integer),
+        ),
+    )
+    .order_by(plays.c.user_id, plays.c.closed, plays.c.place)
+    .limit(sa.bindparam("limit"))
+)
 KEYS = sa.select(plays.c.idempotency_key).where(
     plays.c.user_id == sa.bindparam("user"), plays.c.idempotency_key.is_not(None)
 )
@@ -166,6 +189,15 @@ def history(
     slot, place = after
     given = {"user": user, "slot": slot, "place": place, "limit": limit}
     return store.rows(HISTORY, given)
+
+
+def log(
+    store: Store, after: tuple[str, int, int], limit: int
+) -> Sequence[sa.Row[Any]]:
+    """Closed plays of all users after a user's position, user by user, in order."""
+    user, slot, place = after
+    given = {"user": user, "slot": slot, "place": place, "limit": limit}
+    return store.rows(LOG, given)
 
 
 def idempotency_keys(store: Store, user: str) -> set[str]:
