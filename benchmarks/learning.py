@@ -17,14 +17,13 @@ from operator import add
 import numpy as np
 
 from benchmarks.machine import describe
+from benchmarks.random_log import sampled
 from learning import Plays
 from learning.chain import Chain
 from learning.em import PARTS
 from learning.expectation import expect
 from learning.maximization import Smoothing, drawn, maximize
 from learning.streams import Streams, streams
-from policies import Floats, Ints
-from policies.compiled import compiled
 from simulation import example
 
 STATES, STEPS, SLOTS = 4, 50, 200
@@ -41,9 +40,12 @@ def main() -> None:
     print("| log | learned by | threads | time | log likelihood |")
     print("| --- | --- | --- | --- | --- |")
     rng = np.random.default_rng(1)
+    models = example(1).models
     begun = drawn(STATES, 0.5, rng)
     for label, arms in (("ten arms, that rest", 10), ("one arm, no rest", 1)):
-        plays = sampled(users, arms)
+        plays = sampled(
+            [models[arm % len(models)] for arm in range(arms)], users, SLOTS, 2
+        )
         seen = streams(plays)
         steps(seen.parts(PARTS)[:1], begun, 1, 1)  # compiles
         for threads in (1, os.cpu_count() or 1):
@@ -85,44 +87,6 @@ def by_hmmlearn(plays: Plays, chain: Chain) -> float:
     lengths = np.diff(plays.first)
     model.fit(plays.answer.astype(np.int64)[:, None], lengths)
     return float(model.monitor_.history[-1])
-
-
-def sampled(users: int, arms: int) -> Plays:
-    """Let the arms of the paper's example 1 be played at random."""
-    models = example(1).models
-    kinds = [models[arm % len(models)] for arm in range(arms)]
-    arm = np.random.default_rng(2).integers(0, arms, (users, SLOTS))
-    answer = _answers(
-        arm,
-        np.stack([kind.play for kind in kinds]).cumsum(axis=2),
-        np.stack([kind.rest for kind in kinds]).cumsum(axis=2),
-        np.stack([kind.like for kind in kinds]),
-        np.stack([kind.prior for kind in kinds]).cumsum(axis=1),
-    )
-    user = np.repeat(np.arange(users), SLOTS)
-    who, what = ([str(n) for n in range(count)] for count in (users, arms))
-    return Plays(
-        user, arm.ravel(), answer.ravel().astype(np.int8), None, None, who, what
-    )
-
-
-@compiled
-def _answers(
-    arm: Ints, play: Floats, rest: Floats, like: Floats, prior: Floats
-) -> Ints:
-    np.random.seed(3)  # noqa: NPY002 - compiled code knows no other
-    answer = np.empty_like(arm)
-    state = np.empty(len(like), dtype=np.int64)
-    for user in range(arm.shape[0]):
-        for j in range(len(like)):
-            state[j] = np.searchsorted(prior[j], np.random.random() * prior[j, -1])  # noqa: NPY002
-        for slot in range(arm.shape[1]):
-            played = arm[user, slot]
-            answer[user, slot] = np.random.random() < like[played, state[played]]  # noqa: NPY002
-            for j in range(len(like)):
-                moves = play[j, state[j]] if j == played else rest[j, state[j]]
-                state[j] = np.searchsorted(moves, np.random.random() * moves[-1])  # noqa: NPY002
-    return answer
 
 
 if __name__ == "__main__":

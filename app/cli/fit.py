@@ -15,6 +15,7 @@ import typer
 from app import __version__
 from app.cli import logs
 from app.cli.console import AsJson, Failed, note, say, show_json, show_table
+from app.cli.files import make_folder
 from app.cli.session import DatabaseUrl
 from app.services import fits
 from app.services.fits import Naming
@@ -93,7 +94,7 @@ def command(
     wanted = logs.Wanted(files or (), columns, unit, spotify, database_url)
     effort = Effort(starts=starts, steps=steps, seed=seed)
     recipe = Recipe(states=states, types=types, in_time=clock, effort=effort)
-    _make(out)
+    make_folder(out)
     plays = logs.read(wanted)
     found = _found(plays, recipe, draws)
     source = f"encore fit {__version__}, {len(plays)} plays"
@@ -106,13 +107,6 @@ def command(
         show_json(report)
     else:
         _show(found, out)
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise Failed(f"{folder} cannot be made: {error.strerror}.", status=2) from error
 
 
 def _found(plays: Plays, recipe: Recipe, draws: int) -> Found:
