@@ -1,4 +1,4 @@
-"""The user's mood: a small class of the last answers, whatever items they were given to.
+"""The user's mood: a small class of the last answers, whatever items they were for.
 
 What a user just liked or skipped tells of the next play of any item. A mood is known,
 not hidden: like chances are given by state and mood, and since each answer leads to one
@@ -7,7 +7,7 @@ next mood, plans know it at every node of the tree of answers.
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from policies.compiled import compiled, inner
 
 MOST_ANSWERS = 4
 MOST_LEVELS = 16
+LIKED = 0.5  # a signal worth this much is a like
 NONE = -1
 
 
@@ -31,6 +32,40 @@ class MoodState(NamedTuple):
     recent: int = 1
     told: int = 0
     tendency: float = 0.5
+
+
+NEUTRAL = MoodState()
+
+
+# How answers make a mood, as compiled code takes it, quickly: one array. The answers
+# told apart, the least weight of one in the tendency, whether a play after a pause has
+# a mood of its own, and the levels.
+Rule: TypeAlias = Floats
+ANSWERS, WEIGHT, PAUSES, LEVELS = 0, 1, 2, 3
+
+
+@inner
+def class_of(rule: Rule, state: MoodState, resumed: bool) -> int:
+    """Return the class of a mood; see `Mood.of`."""
+    levels, level = len(rule) - LEVELS, 0
+    while level < levels and state.tendency >= rule[LEVELS + level]:
+        level += 1
+    found = (state.recent - 1) * (levels + 1) + level
+    return found * 2 + int(resumed) if rule[PAUSES] > 0.0 else found
+
+
+@inner
+def next_state(rule: Rule, state: MoodState, liked: int) -> MoodState:
+    """Return what follows an answer; see `Mood.after`."""
+    if liked < 0:
+        return state
+    most, recent = 1 << int(rule[ANSWERS]), state.recent * 2 + liked
+    if recent >= 2 * most:  # the earliest answer is forgotten
+        recent = recent % most + most
+    # At first, one answer half liked.
+    step = max(1.0 / (state.told + 2.0), rule[WEIGHT])
+    tendency = state.tendency + step * (liked - state.tendency)
+    return MoodState(recent, state.told + 1, tendency)
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +119,19 @@ class Mood:
             waited_s: seconds since the last play; None: it is the first, or nobody
                 knows.
         """
-        levels, paused = as_floats(self.levels), self.pause_s is not None
-        resumed = paused and waited_s is not None and waited_s > (self.pause_s or 0.0)
-        return int(_class_of(*state, levels, paused, resumed))
+        return class_of(self.rule, state, self.resumed(waited_s))
+
+    def resumed(self, waited_s: float | None) -> bool:
+        """Say whether a play so many seconds after the last one comes after a pause."""
+        return (
+            self.pause_s is not None
+            and waited_s is not None
+            and waited_s > self.pause_s
+        )
 
     def after(self, state: MoodState, liked: int) -> MoodState:
         """Return what follows an answer: 1 a like, 0 another, NONE none."""
-        return MoodState(*_after(*state, liked, self.answers, self._weight))
+        return MoodState(*next_state(self.rule, state, liked))
 
     def along(self, first: Ints, liked: Ints, seconds: Floats | None) -> Ints:
         """Return (P,): the class of the mood before each play of a log.
@@ -102,74 +143,33 @@ class Mood:
         """
         known = seconds is not None
         return _along(
+            self.rule,
             as_ints(first),
             as_ints(liked),
             as_floats(seconds if seconds is not None else np.empty(0)),
-            self.answers,
-            self._weight,
-            as_floats(self.levels),
-            self.pause_s is not None,
             self.pause_s if known and self.pause_s is not None else np.inf,
         )
 
     @property
-    def _weight(self) -> float:
-        """Return the least weight of an answer in the tendency."""
-        return 0.0 if self.memory is None else 1.0 / self.memory
+    def rule(self) -> Rule:
+        """Return what compiled code needs of it."""
+        weight = 0.0 if self.memory is None else 1.0 / self.memory
+        pauses = self.pause_s is not None
+        return as_floats((self.answers, weight, pauses, *self.levels))
 
 
-@inner
-def _class_of(
-    recent: int,
-    _told: int,
-    tendency: float,
-    levels: Floats,
-    paused: bool,
-    resumed: bool,
-) -> int:
-    level = 0
-    while level < len(levels) and tendency >= levels[level]:
-        level += 1
-    found = (recent - 1) * (len(levels) + 1) + level
-    return found * 2 + int(resumed) if paused else found
-
-
-@inner
-def _after(
-    recent: int, told: int, tendency: float, liked: int, answers: int, weight: float
-) -> tuple[int, int, float]:
-    if liked < 0:
-        return recent, told, tendency
-    recent = recent * 2 + liked
-    while recent >= 2 << answers:  # the earliest answer is forgotten
-        top = 1
-        while top * 2 <= recent:
-            top *= 2
-        recent = (recent - top) % (1 << answers) + (1 << answers)
-    step = max(1.0 / (told + 2.0), weight)  # at first, one answer half liked
-    return recent, told + 1, tendency + step * (liked - tendency)
+NO_RULE = Mood(answers=0, memory=None, levels=(), pause_s=None).rule
 
 
 @compiled
-def _along(
-    first: Ints,
-    liked: Ints,
-    seconds: Floats,
-    answers: int,
-    weight: float,
-    levels: Floats,
-    paused: bool,
-    pause: float,
-) -> Ints:
+def _along(rule: Rule, first: Ints, liked: Ints, seconds: Floats, pause: float) -> Ints:
     found = np.empty(len(liked), dtype=np.int64)
     for u in range(len(first) - 1):
-        recent, told, tendency = 1, 0, 0.5
+        state = MoodState(1, 0, 0.5)
         for p in range(first[u], first[u + 1]):
             resumed = (
                 pause < np.inf and p > first[u] and seconds[p] - seconds[p - 1] > pause
             )
-            found[p] = _class_of(recent, told, tendency, levels, paused, resumed)
-            recent, told, tendency = _after(
-                recent, told, tendency, liked[p], answers, weight
-            )
+            found[p] = class_of(rule, state, resumed)
+            state = next_state(rule, state, liked[p])
     return found
