@@ -142,14 +142,14 @@ def _refusal(test: Callable[[], None]) -> CannotAnswer | None:
     try:
         test()
     except CannotAnswer as why:
-        return why
+        return why.with_traceback(None)
     return None
 
 
 def _answers(asked: list[_Asked], drawn: Resampled) -> Iterator[Answer | Refusal]:
     row = 2
     for each in asked:
-        if each.refusal:
+        if each.refusal is not None:
             yield Refusal(each.method, each.in_a_row, each.refusal)
             continue
         estimate, gain = drawn.estimate(row), drawn.gain(row)

@@ -78,7 +78,8 @@ def mostly(rule: Rule, epsilon: float) -> Rule:
 def ties(scores: Floats | Ints) -> Floats:
     """Chances by score (U, A), those of the highest alike."""
     best = scores >= scores.max(axis=1, keepdims=True) - ALIKE
-    return best / best.sum(axis=1, keepdims=True)
+    chances: Floats = best / best.sum(axis=1, keepdims=True)
+    return chances
 
 
 class Played(NamedTuple):
