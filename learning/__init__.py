@@ -4,6 +4,7 @@ A log says who was played what, when, and what came of it. `Plays` holds one; ch
 are learned from it by expectation and maximisation.
 """
 
-from learning.plays import NONE, Plays
+from learning.plays import NONE, Bools, Plays
+from policies import Floats
 
-__all__ = ["NONE", "Plays"]
+__all__ = ["NONE", "Bools", "Floats", "Plays"]

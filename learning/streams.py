@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from learning.plays import Plays
+from learning.plays import Bools, Plays
 from policies import Floats, Ints
 
 FINE = 512  # lengths of rest in time are kept to this part of themselves
@@ -53,21 +53,23 @@ class Streams:
             )
         ]
         bounds = np.unique([0, *np.searchsorted(self.first, cuts), len(self)])
-        return [self._slice(a, b) for a, b in pairwise(bounds)]
+        place = np.arange(len(self))
+        return [self.of((a <= place) & (place < b)) for a, b in pairwise(bounds)]
 
-    def _slice(self, begin: int, end: int) -> "Streams":
-        a, b = self.first[begin], self.first[end]
-        used, rest = np.unique(self.rest[a:b], return_inverse=True)
+    def of(self, kept: Bools) -> "Streams":
+        """Return some of the streams, (N,)."""
+        plays = np.repeat(kept, np.diff(self.first))
+        used, rest = np.unique(self.rest[plays], return_inverse=True)
         return Streams(
-            self.first[begin : end + 1] - a,
-            self.user[begin:end],
-            self.arm[begin:end],
-            self.answer[a:b],
-            self.mood[a:b],
+            np.concatenate(([0], np.cumsum(np.diff(self.first)[kept]))),
+            self.user[kept],
+            self.arm[kept],
+            self.answer[plays],
+            self.mood[plays],
             rest.astype(np.int64),
             self.lengths[used],
-            self.row[a:b],
-            self.weight[begin:end],
+            self.row[plays],
+            self.weight[kept],
         )
 
     def weighing(self, weight: Floats) -> "Streams":

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 from uuid import UUID
 
 import sqlalchemy as sa
@@ -124,6 +124,18 @@ class ClosedPlay:
     signal: str
 
 
+class LogRow(NamedTuple):
+    """As much of a closed play as models are learned from. `item`: its id."""
+
+    user: str
+    item: str
+    closed: int
+    place: int
+    signal: str
+    created_at: datetime
+    propensity: float | None
+
+
 def insert(store: Store, play: Play) -> None:
     store.write(INSERT, to_row(play))
 
@@ -191,13 +203,11 @@ def history(
     return store.rows(HISTORY, given)
 
 
-def log(
-    store: Store, after: tuple[str, int, int], limit: int
-) -> Sequence[sa.Row[Any]]:
+def log(store: Store, after: tuple[str, int, int], limit: int) -> Sequence[LogRow]:
     """Closed plays of all users after a user's position, user by user, in order."""
     user, slot, place = after
     given = {"user": user, "slot": slot, "place": place, "limit": limit}
-    return store.rows(LOG, given)
+    return [LogRow._make(row) for row in store.rows(LOG, given)]
 
 
 def idempotency_keys(store: Store, user: str) -> set[str]:

@@ -90,3 +90,20 @@ def sampled(
     user = np.repeat(np.arange(users), slots)
     liked = answer.ravel().astype(np.int8)
     return Plays(user, arm.ravel(), liked, None, None, who, what)
+
+
+def listened(users: int, count: int, arms: int, seed: int) -> Plays:
+    """Plays of as many by each user, of arms that keep a like rate for each user.
+
+    After a like, another is likelier. One answer in ten is missing.
+    """
+    rng = np.random.default_rng(seed)
+    rates = rng.choice([0.1, 0.35, 0.65, 0.9], (users, arms))
+    user = np.repeat(np.arange(users), count)
+    arm = rng.integers(arms, size=len(user))
+    answer = np.zeros(len(user), dtype=np.int64)
+    for p in range(1, len(user)):
+        answer[p] = rng.random() < 0.6 * rates[user[p], arm[p]] + 0.4 * answer[p - 1]
+    answer[rng.random(len(user)) < 0.1] = NONE
+    minutes = rng.integers(40, size=len(user)).cumsum()
+    return log(user.tolist(), arm.tolist(), answer.tolist(), (60.0 * minutes).tolist())
