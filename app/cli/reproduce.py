@@ -24,7 +24,7 @@ from app.cli.console import Failed, note, progress, say
 from app.cli.files import make_folder
 from simulation.paper import PARTS, Part, Scale
 
-QUICK = 0.05  # of the runs
+QUICK = 0.04  # of the runs
 LOOK = 0.2  # seconds between two looks at how far the parts are
 TELLERS = ("claims.py", "figures.py", "paper.mplstyle", "report.py")  # of numbers
 FOLDERS = ("figures", "results", "tables")
