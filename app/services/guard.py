@@ -71,9 +71,10 @@ def check(
 
 
 def _read_to(store: Store, now: datetime, terms: Terms) -> UUID:
-    """The last play that was read; at first, what came long ago is left out."""
+    """The last play that was read; what came long ago is left out."""
     progress = judgements.progress(store)
-    return guard_reading.since(now - terms.lag) if progress is None else progress.after
+    first = guard_reading.since(now - terms.reach)
+    return first if progress is None else max(progress.after, first)
 
 
 def _judged(

@@ -32,6 +32,7 @@ class Terms:
     share:  of all answers, those of models in alarm that are worth another policy
     pause:  least time from one policy of the guard's to the next
     lag:    longest time that an answer is waited for
+    reach:  age of plays that are left out if nobody checked for so long
     """
 
     window: int = 2000
@@ -44,6 +45,7 @@ class Terms:
     share: float = 0.1
     pause: timedelta = timedelta(minutes=10)
     lag: timedelta = timedelta(minutes=30)
+    reach: timedelta = timedelta(days=1)
 
 
 TERMS = Terms()
