@@ -13,7 +13,7 @@ from app.storage.judgements import PlayRow
 from app.storage.store import Store
 
 PAGE = 250  # plays that are read at once, between which requests have their turn
-MOST = 20_000  # plays of one check
+MOST = 5_000  # plays of one check
 
 
 class Told(NamedTuple):
