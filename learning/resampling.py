@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from learning.chain import Chain
-from learning.em import PARTS, Climb, Learned, Spread, Terms
+from learning.em import Climb, Learned, Spread, Terms
 from learning.maximization import Smoothing
 from learning.streams import Streams
 from policies import Floats
@@ -50,14 +50,12 @@ def intervals(
         spread: how the work is spread.
     """
     rng = np.random.default_rng(seed)
-    users, row = np.unique(streams.user, return_inverse=True)
+    users, parts = np.unique(streams.user), streams.parts()
     found: list[Chain] = []
     for _ in range(draws):
-        times = np.bincount(
-            rng.integers(0, len(users), len(users)), minlength=len(users)
-        )
-        weighed = streams.weighing(streams.weight * times[row])
-        climb = Climb(weighed.parts(PARTS), learned.chain, Terms(smoothing), spread)
+        drawn = users[rng.integers(0, len(users), len(users))]
+        often = np.bincount(drawn, minlength=users[-1] + 1)
+        climb = Climb(parts, learned.chain, Terms(smoothing, often=often), spread)
         climb.on(STEPS, 0.0)
         found.append(climb.chain.ordered(reward, climb.counts))
     return Intervals(*(_quantile(found, q) for q in ((1 - LEVEL) / 2, (1 + LEVEL) / 2)))

@@ -1,11 +1,10 @@
 """`encore fit`: models learned from a log of plays."""
 
 import json
-import os
 import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -17,10 +16,11 @@ from app.cli import logs
 from app.cli.console import AsJson, Failed, note, say, show_json, show_table
 from app.cli.files import make_folder
 from app.cli.session import DatabaseUrl
+from app.cli.spreads import Scheduler, spreading
 from app.services import fits
 from app.services.fits import Naming
 from learning import NONE, Plays
-from learning.em import Effort, Learned
+from learning.em import Effort, Learned, Spread
 from learning.fitting import Fitted, Recipe, fit
 from learning.identification import Identification, identify
 from learning.resampling import Intervals, intervals
@@ -36,7 +36,7 @@ class Found:
     plays: Plays
     fitted: Fitted
     identified: Identification
-    spread: Intervals | None
+    sure: Intervals | None
     seconds: float
 
 
@@ -75,6 +75,7 @@ def command(
     ] = 0,
     seed: Annotated[int, typer.Option(help="Of all random numbers.")] = 0,
     name: Annotated[str, typer.Option(help="What the models are called.")] = "learned",
+    scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
     """Learn models from a log of plays, and write them as imports read them.
@@ -95,8 +96,9 @@ def command(
     effort = Effort(starts=starts, steps=steps, seed=seed)
     recipe = Recipe(states=states, types=types, in_time=clock, effort=effort)
     make_folder(out)
-    plays = logs.read(wanted)
-    found = _found(plays, recipe, draws)
+    with spreading(scheduler) as spread:
+        plays = logs.read(wanted)
+        found = _found(plays, recipe, draws, spread)
     source = f"encore fit {__version__}, {len(plays)} plays"
     naming = Naming(name, source, slot_s)
     fits.write(out, "models.ndjson", fits.model_lines(found.fitted, plays, naming))
@@ -109,30 +111,20 @@ def command(
         _show(found, out)
 
 
-def _found(plays: Plays, recipe: Recipe, draws: int) -> Found:
-    """Learn, on all processors."""
+def _found(plays: Plays, recipe: Recipe, draws: int, spread: Spread) -> Found:
     began = time.perf_counter()
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        try:
-            fitted = fit(plays, recipe, pool.map)
-        except ValueError as error:
-            raise Failed(f"{error}.") from error
-        seen = streams(plays, in_time=recipe.in_time)
-        identified = identify(seen, fitted.whole, recipe.smoothing, pool.map)
-        spread = None
-        if draws:
-            reward = np.array(plays.reward)
-            seed = recipe.effort.seed
-            spread = intervals(
-                seen,
-                fitted.whole,
-                reward,
-                recipe.smoothing,
-                draws=draws,
-                seed=seed,
-                spread=pool.map,
-            )
-    return Found(plays, fitted, identified, spread, time.perf_counter() - began)
+    try:
+        fitted = fit(plays, recipe, spread)
+    except ValueError as error:
+        raise Failed(f"{error}.") from error
+    seen = streams(plays, in_time=recipe.in_time)
+    identified = identify(seen, fitted.whole, recipe.smoothing, spread)
+    sure = None
+    if draws:
+        reward, seed = np.array(plays.reward), recipe.effort.seed
+        resample = partial(intervals, seen, fitted.whole, reward, recipe.smoothing)
+        sure = resample(draws=draws, seed=seed, spread=spread)
+    return Found(plays, fitted, identified, sure, time.perf_counter() - began)
 
 
 def _report(found: Found) -> Mapping[str, object]:
@@ -153,7 +145,7 @@ def _report(found: Found) -> Mapping[str, object]:
         "settled": whole.settled and types.settled,
         "others": list(whole.others),
         "identification": _identification(found.identified),
-        "intervals": None if found.spread is None else _intervals(found.spread),
+        "intervals": None if found.sure is None else _intervals(found.sure),
         "seconds": round(found.seconds, 3),
     }
 
@@ -169,10 +161,10 @@ def _identification(found: Identification) -> Mapping[str, object]:
     }
 
 
-def _intervals(spread: Intervals) -> Mapping[str, object]:
+def _intervals(sure: Intervals) -> Mapping[str, object]:
     names = ("play", "rest", "observe", "prior")
     return {
-        name: [getattr(end, name).tolist() for end in (spread.low, spread.high)]
+        name: [getattr(end, name).tolist() for end in (sure.low, sure.high)]
         for name in names
     }
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from distributed import LocalCluster
 
 from app.cli import build
 from learning.chain import Chain
@@ -171,6 +172,31 @@ def test_rests_by_the_clock_need_times(encore: Encore, tmp_path: Path) -> None:
 
     assert said.status == 1
     assert "need the time of each play" in said.err
+
+
+def test_a_cluster_learns_the_same(encore: Encore, log: Path, tmp_path: Path) -> None:
+    words = ("fit", log, "--unit", "seconds", *QUICK, "--types", 2)
+
+    alone = encore(*words, "--out", tmp_path / "alone")
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=":0"
+    ) as machines:
+        where = ("--scheduler", machines.scheduler_address)
+        beside = encore(*words, "--out", tmp_path / "beside", *where)
+
+    assert (alone.status, beside.status) == (0, 0), beside.err
+    for name in ("models.ndjson", "items.ndjson"):
+        kept = [(tmp_path / place / name).read_text() for place in ("alone", "beside")]
+        assert kept[0] == kept[1]
+
+
+def test_a_cluster_that_is_not_there_is_told(
+    encore: Encore, log: Path, tmp_path: Path
+) -> None:
+    said = encore("fit", log, "--scheduler", "nowhere", "--out", tmp_path)
+
+    assert said.status == 1
+    assert "The cluster of nowhere does not work: missing port" in said.err
 
 
 def test_the_command_is_listed() -> None:
