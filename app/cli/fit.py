@@ -2,42 +2,39 @@
 
 import json
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 import numpy as np
 import typer
 
 from app import __version__
-from app.cli import logs
-from app.cli.console import AsJson, Failed, note, say, show_json, show_table
+from app.cli import fit_report, logs
+from app.cli.console import AsJson, Failed, progress, show_json
 from app.cli.files import make_folder
+from app.cli.fit_report import Found
 from app.cli.session import DatabaseUrl
+from app.cli.sizes import AUTO, sizes
 from app.cli.spreads import Scheduler, spreading
 from app.services import fits
 from app.services.fits import Naming
-from learning import NONE, Plays
-from learning.em import Effort, Learned, Spread
-from learning.fitting import Fitted, Recipe, fit
-from learning.identification import Identification, identify
-from learning.resampling import Intervals, intervals
+from app.services.items import NewItem
+from learning import Plays
+from learning.em import Effort, Spread
+from learning.fitting import Recipe, fit
+from learning.identification import identify
+from learning.resampling import intervals
+from learning.selection import Selection, select
 from learning.streams import streams
 
+Sizes: TypeAlias = tuple[Sequence[int], Sequence[int]]
+
+USUAL_STATES = (2, 3, 4)
+USUAL_TYPES = (1, 2, 3, 4, 6, 8)
 SLOT_S = 240.0  # about a song
-
-
-@dataclass(frozen=True, slots=True)
-class Found:
-    """What was learned, and how sure it is."""
-
-    plays: Plays
-    fitted: Fitted
-    identified: Identification
-    sure: Intervals | None
-    seconds: float
 
 
 def command(
@@ -56,10 +53,27 @@ def command(
     out: Annotated[Path, typer.Option("--out", help="Folder to write to.")] = Path(
         "fitted"
     ),
-    states: Annotated[int, typer.Option(min=2, max=8, help="Of interest.")] = 4,
+    items: Annotated[
+        Path | None,
+        typer.Option(
+            "--items",
+            help="Items with their tags, as `import items` reads them: new ones take"
+            " after others. Left out: those of the database, or of the log.",
+            show_default=False,
+        ),
+    ] = None,
+    states: Annotated[
+        str,
+        typer.Option(
+            help="Of interest: 4; or to choose from, 2,3,4 or 2-4; auto: 2-4."
+        ),
+    ] = AUTO,
     types: Annotated[
-        int, typer.Option(min=1, max=32, help="Models that items are shared among.")
-    ] = 1,
+        str,
+        typer.Option(
+            help="Models that items are shared among, the same; auto: 1-4,6,8."
+        ),
+    ] = "1",
     clock: Annotated[
         bool, typer.Option("--clock", help="Interest rests by time, not by plays.")
     ] = False,
@@ -94,26 +108,55 @@ def command(
     }
     wanted = logs.Wanted(files or (), columns, unit, spotify, database_url)
     effort = Effort(starts=starts, steps=steps, seed=seed)
-    recipe = Recipe(states=states, types=types, in_time=clock, effort=effort)
+    recipe = Recipe(in_time=clock, effort=effort)
+    choice = (
+        sizes("--states", states, USUAL_STATES, 2, 8),
+        sizes("--types", types, USUAL_TYPES, 1, 32),
+    )
     make_folder(out)
     with spreading(scheduler) as spread:
         plays = logs.read(wanted)
-        found = _found(plays, recipe, draws, spread)
+        described = logs.items(wanted, items)
+        found = _found(plays, described, recipe, choice, draws, spread)
     source = f"encore fit {__version__}, {len(plays)} plays"
     naming = Naming(name, source, slot_s)
     fits.write(out, "models.ndjson", fits.model_lines(found.fitted, plays, naming))
-    fits.write(out, "items.ndjson", fits.item_lines(found.fitted, plays, naming))
-    report = _report(found)
+    fits.write(out, "items.ndjson", fits.item_lines(found.fitted, found.placed, naming))
+    report = fit_report.report(found)
     fits.write(out, "report.json", iter([json.dumps(report, indent=1)]))
     if as_json:
         show_json(report)
     else:
-        _show(found, out)
+        fit_report.show(found, out)
 
 
-def _found(plays: Plays, recipe: Recipe, draws: int, spread: Spread) -> Found:
+def _selected(
+    plays: Plays, recipe: Recipe, wanted: Sizes, spread: Spread
+) -> Selection | None:
+    """Numbers of states and types, where there is a choice."""
+    states, types = wanted
+    if len(states) == len(types) == 1:
+        return None
+    with progress() as bar:
+        task = bar.add_task("sizes", total=len(states) + len(types) - 1)
+        return select(plays, recipe, states, types, spread, partial(bar.advance, task))
+
+
+def _found(
+    plays: Plays,
+    items: Sequence[NewItem] | None,
+    recipe: Recipe,
+    wanted: Sizes,
+    draws: int,
+    spread: Spread,
+) -> Found:
     began = time.perf_counter()
+    states, types = (each[0] for each in wanted)
     try:
+        selection = _selected(plays, recipe, wanted, spread)
+        if selection is not None:
+            states, types = selection.states, selection.types
+        recipe = replace(recipe, states=states, types=types)
         fitted = fit(plays, recipe, spread)
     except ValueError as error:
         raise Failed(f"{error}.") from error
@@ -124,84 +167,5 @@ def _found(plays: Plays, recipe: Recipe, draws: int, spread: Spread) -> Found:
         reward, seed = np.array(plays.reward), recipe.effort.seed
         resample = partial(intervals, seen, fitted.whole, reward, recipe.smoothing)
         sure = resample(draws=draws, seed=seed, spread=spread)
-    return Found(plays, fitted, identified, sure, time.perf_counter() - began)
-
-
-def _report(found: Found) -> Mapping[str, object]:
-    plays, types, whole = found.plays, found.fitted.types, found.fitted.whole
-    kinds = np.bincount(types.of_arms, minlength=len(types.chains))
-    recipe = found.fitted.recipe
-    return {
-        "encore": __version__,
-        "plays": len(plays),
-        "answered": int((plays.answer != NONE).sum()),
-        "users": len(plays.users),
-        "items": len(plays.arms),
-        "states": recipe.states,
-        "clock": recipe.in_time,
-        "items_by_model": kinds.tolist(),
-        "likelihood": whole.counts.likelihood,
-        "steps": len(whole.risen),
-        "settled": whole.settled and types.settled,
-        "others": list(whole.others),
-        "identification": _identification(found.identified),
-        "intervals": None if found.sure is None else _intervals(found.sure),
-        "seconds": round(found.seconds, 3),
-    }
-
-
-def _identification(found: Identification) -> Mapping[str, object]:
-    return {
-        "states_told_apart": found.states,
-        "window": found.window,
-        "singular_values": list(found.singular_values),
-        "errors": list(found.errors),
-        "bonds": [asdict(told) | {"sure": told.sure} for told in found.told],
-        "warnings": list(found.warnings),
-    }
-
-
-def _intervals(sure: Intervals) -> Mapping[str, object]:
-    names = ("play", "rest", "observe", "prior")
-    return {
-        name: [getattr(end, name).tolist() for end in (sure.low, sure.high)]
-        for name in names
-    }
-
-
-def _show(found: Found, out: Path) -> None:
-    types, whole = found.fitted.types, found.fitted.whole
-    reward = np.array(found.plays.reward)
-    kinds = np.bincount(types.of_arms, minlength=len(types.chains)).tolist()
-    rows = [
-        (str(number), str(kinds[number - 1]), _numbers(chain.observe[0] @ reward),
-         _numbers(np.diagonal(chain.play)), _numbers(chain.prior))
-        for number, chain in enumerate(types.chains, 1)
-    ]  # fmt: skip
-    columns = ("model", "items", "reward by state", "stays by a play", "prior")
-    show_table(columns, rows)
-    say()
-    say(_told(whole, found))
-    for warning in (*found.identified.warnings, *_unsettled(found)):
-        note(f"Warning: {warning}")
-    say(f"{out}/models.ndjson, {out}/items.ndjson, {out}/report.json")
-
-
-def _told(whole: Learned, found: Found) -> str:
-    per_answer = -whole.counts.likelihood / max((found.plays.answer != NONE).sum(), 1)
-    return (
-        f"{len(found.plays)} plays of {len(found.plays.users)} users: log loss"
-        f" {per_answer:.4f} on what it was learned from, after {len(whole.risen)} steps"
-        f" and {found.seconds:.0f} s. The log tells {found.identified.states} states"
-        " apart."
-    )
-
-
-def _unsettled(found: Found) -> Sequence[str]:
-    if found.fitted.whole.settled and found.fitted.types.settled:
-        return ()
-    return ("It had not settled: give it more --steps.",)
-
-
-def _numbers(values: "np.typing.NDArray[np.float64]") -> str:
-    return " ".join(f"{value:.2f}" for value in values)
+    placed, took = fits.place(fitted, plays, items), time.perf_counter() - began
+    return Found(plays, selection, fitted, placed, identified, sure, took)

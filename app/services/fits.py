@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from app.domain import LIKE, SKIP
+from app.services.items import NewItem
 from learning import Plays
 from learning.chain import Chain
 from learning.fitting import Fitted
+from learning.inheritance import Inherited, inherit
 from learning.rests import moves_of
 
 NAMES: Mapping[int, Sequence[str]] = {
@@ -40,12 +42,47 @@ def model_lines(fitted: Fitted, plays: Plays, naming: Naming) -> Iterator[str]:
         yield json.dumps(_model(chain, plays, name, naming), ensure_ascii=False)
 
 
-def item_lines(fitted: Fitted, plays: Plays, naming: Naming) -> Iterator[str]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """Items, and the models that they follow.
+
+    items: as they are described
+    found: which type each is of, and why
+    """
+
+    items: Sequence[NewItem]
+    found: Inherited
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """How many follow what they were played, a tag, or the usual type."""
+        pairs = [*zip(self.found.played, self.found.tag, strict=True)]
+        return {
+            "by_plays": sum(played for played, _ in pairs),
+            "by_tag": sum(not played and tag is not None for played, tag in pairs),
+            "by_neither": sum(not played and tag is None for played, tag in pairs),
+        }
+
+
+def place(fitted: Fitted, plays: Plays, items: Sequence[NewItem] | None) -> Placed:
+    """Find the models of items; None: of those that the log names."""
+    known = [NewItem(arm, "") for arm in plays.arms] if items is None else items
+    tags = {item.id: item.tags for item in known}
+    found = inherit(fitted.types, plays.arms, np.unique(plays.arm), tags)
+    return Placed(known, found)
+
+
+def item_lines(fitted: Fitted, placed: Placed, naming: Naming) -> Iterator[str]:
     """Items as `import items` reads them, each with the model it follows."""
-    kinds = fitted.types.of_arms.tolist()
-    for arm, kind in zip(plays.arms, kinds, strict=True):
-        model = _name(fitted, naming, kind + 1)
-        yield json.dumps({"id": arm, "model": model}, ensure_ascii=False)
+    for item, kind in zip(placed.items, placed.found.kind.tolist(), strict=True):
+        plain: dict[str, object] = {
+            "id": item.id,
+            "model": _name(fitted, naming, kind + 1),
+        }
+        more = {"title": item.title, "tags": item.tags, "payload": item.payload}
+        plain |= {name: value for name, value in more.items() if value}
+        plain |= {} if item.active else {"active": False}
+        yield json.dumps(plain, ensure_ascii=False)
 
 
 def write(folder: Path, name: str, lines: Iterator[str]) -> None:

@@ -9,7 +9,8 @@ import numpy as np
 
 from app.domain import ItemModel
 from app.services import models as item_models
-from app.storage import models, plays, revision
+from app.services.items import NewItem, described
+from app.storage import items, models, plays, revision
 from app.storage.database import Database
 from app.storage.plays import LogRow
 from app.storage.store import Store
@@ -73,6 +74,16 @@ async def log(
     if not gathered.user:
         raise CannotLearn("There is no play to learn from.")
     return _plays(gathered, names, reward)
+
+
+async def catalogue(database: Database) -> Sequence[NewItem]:
+    """All items as their client described them, retired ones too."""
+    found: list[NewItem] = []
+    after = -1
+    while some := await database.run(partial(items.in_order, after=after)):
+        found.extend(map(described, some))
+        after = some[-1].serial
+    return found
 
 
 def _models(store: Store) -> Sequence[ItemModel]:
