@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from learning.bootstrap import mean_and_error
 from learning.em import Spread
 from learning.fitting import Fitted, Recipe, expected, fit
 from learning.passes import LEAST
 from learning.plays import NONE, Bools, Plays
-from policies import Floats, Ints
+from policies import Floats
 
 SHARE = 0.7  # of each user's plays, that are learned from
 
@@ -150,16 +151,3 @@ class _Trials:
             if worse <= error:
                 return size
         return best
-
-
-def mean_and_error(sums: Floats, counts: Ints) -> tuple[float, float]:
-    """Return a mean over all plays, and its standard error, users being drawn.
-
-    Args:
-        sums: (U,) over the plays of each user.
-        counts: (U,) of these plays.
-    """
-    mean = float(sums.sum() / counts.sum())
-    apart, users = sums - mean * counts, len(sums)
-    squares = float(apart @ apart) * users / max(users - 1, 1)
-    return mean, float(np.sqrt(squares) / counts.sum())

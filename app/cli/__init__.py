@@ -33,6 +33,10 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "reproduce": ("reproduce", "Simulate the paper's examples; draw its figures."),
         "fit": ("fit", "Learn models from a log of plays."),
         "evaluate": ("evaluate", "Score models on held-out plays, beside others."),
+        "off-policy": (
+            "off_policy",
+            "Say what other policies would have earned, by a log alone.",
+        ),
         "audit": ("audit", "Compute all beliefs anew from the log, and compare."),
         "rebuild": ("rebuild", "Replace beliefs by what the log says."),
     }

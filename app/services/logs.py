@@ -61,7 +61,7 @@ async def log(
     database: Database, progress: Callable[[int], object] = lambda _plays: None
 ) -> Plays:
     """All plays that took place, in memory; `progress` is told how many there are."""
-    kept = await database.run(_models)
+    kept = await database.run(models_now)
     names, reward = common_signals(kept)
     signals = {name: number for number, name in enumerate(names)}
     gathered = Columns()
@@ -86,7 +86,8 @@ async def catalogue(database: Database) -> Sequence[NewItem]:
     return found
 
 
-def _models(store: Store) -> Sequence[ItemModel]:
+def models_now(store: Store) -> Sequence[ItemModel]:
+    """All models, in the version that is in force."""
     return models.at(store, revision.current(store).catalogue)
 
 

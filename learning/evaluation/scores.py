@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from learning.evaluation.bootstrap import interval, resampled
+from learning.bootstrap import interval, resampled
 from learning.evaluation.forecaster import Forecaster
 from learning.evaluation.metrics import auc, losses, squares
 from learning.evaluation.reliability import Reliability, by_count, by_width
@@ -15,6 +15,9 @@ from learning.plays import NONE, Bools, Plays
 from policies import Floats, Ints
 
 Interval = tuple[float, float]
+
+RESAMPLES = 2000
+SEED = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -125,7 +128,8 @@ def evaluate(
     sums = np.empty((len(users), len(chances)))
     for f, chance in enumerate(chances.values()):
         sums[:, f] = np.bincount(user, losses(chance, held.liked))
-    drawn, mean = resampled(sums, counts), sums.sum(axis=0) / counts.sum()
+    drawn = resampled(sums, counts[:, None], RESAMPLES, SEED)
+    mean = sums.sum(axis=0) / counts.sum()
     scores = [
         Score(
             name,

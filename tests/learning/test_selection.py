@@ -1,14 +1,12 @@
 """How many states and types are chosen."""
 
 import numpy as np
-import pytest
-from numpy.testing import assert_allclose
 
 from learning import NONE
 from learning.chain import Chain
 from learning.em import Effort
 from learning.fitting import Recipe
-from learning.selection import mean_and_error, select
+from learning.selection import select
 from tests.learning.logs import log, sampled
 from tests.learning.test_types import STEADY, TIRING
 
@@ -73,16 +71,3 @@ def test_of_nothing_to_foretell_the_smallest_sizes_follow() -> None:
 
     assert (alone.states, alone.types, alone.tried) == (2, 1, ())
     assert (silent.states, silent.types) == (3, 2)
-
-
-def test_errors_are_those_of_means_over_drawn_users() -> None:
-    rng = np.random.default_rng(5)
-    counts = rng.integers(1, 40, 300)
-    sums = counts * rng.normal(0.3, 0.1, 300)
-
-    mean, error = mean_and_error(sums, counts)
-
-    drawn = rng.integers(0, 300, (4000, 300))
-    means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
-    assert mean == pytest.approx(sums.sum() / counts.sum())
-    assert_allclose(error, means.std(), rtol=0.06)
