@@ -175,6 +175,16 @@ class NoEarlierPolicy(Conflict):
     title = "There is no earlier policy to return to"
 
 
+class NoPublication(Conflict):
+    code = "no_publication"
+    title = "There is no publication to take back"
+
+
+class GateClosed(Conflict):
+    code = "gate_closed"
+    title = "The candidate does not pass the gate"
+
+
 class Unauthorized(ClientError):
     status = HTTPStatus.UNAUTHORIZED
     code = "unauthorized"
