@@ -180,11 +180,6 @@ class NoPublication(Conflict):
     title = "There is no publication to take back"
 
 
-class GateClosed(Conflict):
-    code = "gate_closed"
-    title = "The candidate does not pass the gate"
-
-
 class Unauthorized(ClientError):
     status = HTTPStatus.UNAUTHORIZED
     code = "unauthorized"

@@ -20,6 +20,7 @@ from app.services.audits import rebuild
 from app.services.candidates import Candidate, NoCandidate
 from app.services.gate import Judged, Terms, Verdict, judge
 from app.services.logs import CannotLearn
+from app.services.publications import GateClosed
 
 BY = "command line"
 
@@ -97,7 +98,10 @@ async def _performed(
             note=asked.note,
             by=BY,
         )
-        published = await session.database.run_in_turn(publish)
+        try:
+            published = await session.database.run_in_turn(publish)
+        except GateClosed as error:
+            raise Failed(str(error)) from error
         if asked.rebuilds:
             bar.update(steps, description="beliefs", completed=0)
             async for _ in rebuild(session.database, session.live, None):

@@ -5,7 +5,10 @@ before it: beside the models in force, and beside the user's rate of likes of th
 shrunk, which knows nothing of interest that moves.
 """
 
+import asyncio
+import os
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from functools import partial
@@ -132,9 +135,11 @@ async def judge(
     if all(check.passed for check in checks):
         scores = _scores(plays, held, setting, candidate)
         checks += [_not_worse(score, scores[0], terms) for score in scores[1:]]
-    progress("index tables")
-    tables, indexable = _tables(setting)
-    checks.append(indexable)
+    tables: Sequence[Built] = ()
+    if all(check.passed for check in checks):
+        progress("index tables")
+        tables, indexable = await asyncio.to_thread(_tables, setting)
+        checks.append(indexable)
     verdict = Verdict(
         candidate.judged_from,
         int(held.sum()),
@@ -253,12 +258,12 @@ def _tables(setting: _Setting) -> tuple[Sequence[Built], Check]:
         for outcome in setting.outcomes
         if outcome.change is not Change.UNCHANGED
     ]
+    build = partial(
+        index_tables.full, discount=setting.discount, progress=lambda _: None
+    )
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        built = [*pool.map(build, filter(is_small, changed))]
     large = [model.id for model in changed if not is_small(model)]
-    built = [
-        index_tables.full(model, setting.discount, lambda _: None)
-        for model in changed
-        if is_small(model)
-    ]
     faulty = [table.record.model for table in built if not table.record.indexable]
     detail = f"at discount {setting.discount}"
     if faulty:

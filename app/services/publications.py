@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 from app.domain import ItemModel, Publication, Revision
-from app.errors import Fault, GateClosed, NoPublication
+from app.errors import NoPublication
 from app.services import index_coverage, index_tables, models
 from app.services.candidates import Candidate
 from app.services.catalogue import Catalogue
@@ -19,6 +19,10 @@ from app.storage import audit, items, publications, revision
 from app.storage import models as stored
 from app.storage.items import Move
 from app.storage.store import Store
+
+
+class GateClosed(Exception):
+    """A candidate may not go live."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,14 +61,7 @@ def publish(
     refused it, or what it was compared with is in force no longer.
     """
     if not judged.verdict.passed:
-        raise GateClosed(
-            "The candidate does not pass the gate.",
-            *(
-                Fault(check.name, check.detail)
-                for check in judged.verdict.checks
-                if not check.passed
-            ),
-        )
+        raise GateClosed("It does not pass the gate.")
     known = revision.current(store)
     catalogue = live.catalogue(store, known)
     outcomes = [models.outcome(store, new) for new in candidate.models]

@@ -1,19 +1,28 @@
 """Learned models go live through the gate, all at once, and are taken back."""
 
+import asyncio
 import json
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from app.domain import ItemModel
 from app.services.candidates import digest_of
+from app.services.gate import chain_of
+from app.services.logs import log
+from app.storage import models
+from app.storage.database import Database
+from learning import Plays
 from learning.chain import Chain
+from learning.prediction import predicted
 from tests.app.commands import Encore, Said
 from tests.app.replays import taken_again
 from tests.app.service import ADMIN, Service, client_of
@@ -302,7 +311,8 @@ def test_models_are_exchanged_under_users_who_play_on(
     with listening(grown, 4) as offered:
         for _ in range(2):
             seen = len(offered)
-            assert publish(encore, grown, folder).status == 0
+            said = publish(encore, grown, folder, "--margin", 1)
+            assert said.status == 0, said.out
             back = grown.client.post("/v1/admin/publications/rollback")
             assert back.is_success, back.text
             until = time.monotonic() + 60
@@ -313,3 +323,33 @@ def test_models_are_exchanged_under_users_who_play_on(
     again = taken_again(grown, [play["play"] for play in offered])
     for shown, taken in zip(offered, again, strict=True):
         assert taken[1] == (shown["item"], shown["like"], shown["propensity"])
+
+
+def test_the_gate_foretells_what_the_service_foretold(grown: Service) -> None:
+    luck = np.random.default_rng(3)
+    offered = []
+    for _ in range(6):
+        for user in ("user-0", "user-1", "newcomer"):
+            offered.append(grown.next(user))
+            signal = ("like", "skip", "none")[luck.integers(3)]
+            grown.answer(offered[-1]["play"], signal)
+
+    async def logged() -> tuple[Plays, list[ItemModel]]:
+        database = Database(grown.settings)
+        try:
+            return await log(database), [
+                model
+                for name in ("guess", "other")
+                if (model := await database.run(partial(models.latest, model=name)))
+            ]
+        finally:
+            await database.close()
+
+    plays, there = asyncio.run(logged())
+    kind = np.array([int(arm == "unplayed") for arm in plays.arms])
+    chances = predicted(plays, [*map(chain_of, there)], kind)[:, 1]
+
+    for user in ("user-0", "user-1", "newcomer"):
+        shown = [play["like"] for play in offered if play["user"] == user]
+        own = chances[plays.user == plays.users.index(user)][-len(shown) :]
+        np.testing.assert_allclose(own, shown, atol=1e-12)
