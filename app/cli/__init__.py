@@ -32,6 +32,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "bound": ("simulate", "The same: compare with what no policy can exceed."),
         "reproduce": ("reproduce", "Simulate the paper's examples; draw its figures."),
         "fit": ("fit", "Learn models from a log of plays."),
+        "publish": ("publish", "Put learned models in force, if they pass the gate."),
         "evaluate": ("evaluate", "Score models on held-out plays, beside others."),
         "off-policy": (
             "off_policy",

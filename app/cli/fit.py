@@ -3,10 +3,10 @@
 import json
 import time
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, TypeAlias
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -19,22 +19,37 @@ from app.cli.fit_report import Found
 from app.cli.session import DatabaseUrl
 from app.cli.sizes import AUTO, sizes
 from app.cli.spreads import Scheduler, spreading
-from app.services import fits
+from app.services import candidates, fits
 from app.services.fits import Naming
 from app.services.items import NewItem
 from learning import Plays
 from learning.em import Effort, Spread
 from learning.fitting import Recipe, fit
+from learning.held_out import Split, latest_apart
 from learning.identification import identify
 from learning.resampling import intervals
 from learning.selection import Selection, select
 from learning.streams import streams
 
-Sizes: TypeAlias = tuple[Sequence[int], Sequence[int]]
-
 USUAL_STATES = (2, 3, 4)
 USUAL_TYPES = (1, 2, 3, 4, 6, 8)
 SLOT_S = 240.0  # about a song
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """How models are learned.
+
+    recipe: but for numbers of states and types
+    states: to choose from
+    types:  to choose from
+    draws:  of users, for intervals
+    """
+
+    recipe: Recipe
+    states: Sequence[int]
+    types: Sequence[int]
+    draws: int
 
 
 def command(
@@ -80,6 +95,14 @@ def command(
     slot_s: Annotated[
         float, typer.Option(min=1.0, help="With --clock: seconds of a slot.")
     ] = SLOT_S,
+    held_out: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            max=0.9,
+            help="Share of plays, the latest, that are judged by.",
+        ),
+    ] = 0.2,
     starts: Annotated[int, typer.Option(min=1, help="Beginnings that are tried.")] = 6,
     steps: Annotated[
         int, typer.Option(min=1, help="E steps from the best, at most.")
@@ -108,64 +131,71 @@ def command(
     }
     wanted = logs.Wanted(files or (), columns, unit, spotify, database_url)
     effort = Effort(starts=starts, steps=steps, seed=seed)
-    recipe = Recipe(in_time=clock, effort=effort)
-    choice = (
+    asked = Asked(
+        Recipe(in_time=clock, effort=effort),
         sizes("--states", states, USUAL_STATES, 2, 8),
         sizes("--types", types, USUAL_TYPES, 1, 32),
+        draws,
     )
     make_folder(out)
     with spreading(scheduler) as spread:
         plays = logs.read(wanted)
         described = logs.items(wanted, items)
-        found = _found(plays, described, recipe, choice, draws, spread)
+        split = latest_apart(plays, held_out)
+        found = _found(plays, split, described, asked, spread)
     source = f"encore fit {__version__}, {len(plays)} plays"
     naming = Naming(name, source, slot_s)
-    fits.write(out, "models.ndjson", fits.model_lines(found.fitted, plays, naming))
-    fits.write(out, "items.ndjson", fits.item_lines(found.fitted, found.placed, naming))
-    report = fit_report.report(found)
-    fits.write(out, "report.json", iter([json.dumps(report, indent=1)]))
+    models = fits.model_lines(found.fitted, plays, naming)
+    fits.write(out, candidates.MODELS, models)
+    follows = fits.item_lines(found.fitted, found.placed, naming)
+    fits.write(out, candidates.ITEMS, follows)
+    report = {**fit_report.report(found), "digest": candidates.digest_of(out)}
+    fits.write(out, candidates.REPORT, iter([json.dumps(report, indent=1)]))
     if as_json:
         show_json(report)
     else:
         fit_report.show(found, out)
 
 
-def _selected(
-    plays: Plays, recipe: Recipe, wanted: Sizes, spread: Spread
-) -> Selection | None:
-    """Numbers of states and types, where there is a choice."""
-    states, types = wanted
-    if len(states) == len(types) == 1:
-        return None
-    with progress() as bar:
-        task = bar.add_task("sizes", total=len(states) + len(types) - 1)
-        return select(plays, recipe, states, types, spread, partial(bar.advance, task))
-
-
 def _found(
     plays: Plays,
+    split: Split,
     items: Sequence[NewItem] | None,
-    recipe: Recipe,
-    wanted: Sizes,
-    draws: int,
+    asked: Asked,
     spread: Spread,
 ) -> Found:
     began = time.perf_counter()
-    states, types = (each[0] for each in wanted)
+    learned = plays.of(split.learned)
     try:
-        selection = _selected(plays, recipe, wanted, spread)
-        if selection is not None:
-            states, types = selection.states, selection.types
-        recipe = replace(recipe, states=states, types=types)
-        fitted = fit(plays, recipe, spread)
+        recipe, selection = _sized(learned, asked, spread)
+        fitted = fit(learned, recipe, spread)
     except ValueError as error:
         raise Failed(f"{error}.") from error
-    seen = streams(plays, in_time=recipe.in_time)
+    seen = streams(learned, in_time=recipe.in_time)
     identified = identify(seen, fitted.whole, recipe.smoothing, spread)
     sure = None
-    if draws:
+    if asked.draws:
         reward, seed = np.array(plays.reward), recipe.effort.seed
         resample = partial(intervals, seen, fitted.whole, reward, recipe.smoothing)
-        sure = resample(draws=draws, seed=seed, spread=spread)
-    placed, took = fits.place(fitted, plays, items), time.perf_counter() - began
-    return Found(plays, selection, fitted, placed, identified, sure, took)
+        sure = resample(draws=asked.draws, seed=seed, spread=spread)
+    placed = fits.place(fitted, learned, items)
+    judged = fits.judged(plays, split.learned, fitted, placed)
+    took = time.perf_counter() - began
+    return Found(
+        plays, split, selection, fitted, placed, identified, sure, judged, took
+    )
+
+
+def _sized(
+    plays: Plays, asked: Asked, spread: Spread
+) -> tuple[Recipe, Selection | None]:
+    """How to learn, with numbers that were chosen where there is a choice."""
+    states, types = asked.states, asked.types
+    recipe = replace(asked.recipe, states=states[0], types=types[0])
+    if len(states) == len(types) == 1:
+        return recipe, None
+    with progress() as bar:
+        task = bar.add_task("sizes", total=len(states) + len(types) - 1)
+        tell = partial(bar.advance, task)
+        found = select(plays, recipe, states, types, spread, tell)
+    return replace(recipe, states=found.states, types=found.types), found

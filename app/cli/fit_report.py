@@ -2,16 +2,20 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 
 from app import __version__
 from app.cli.console import note, say, show_table
+from app.services import candidates
 from app.services.fits import Placed
 from learning import NONE, Plays
 from learning.em import Learned
+from learning.evaluation import Score
 from learning.fitting import Fitted
+from learning.held_out import Split
 from learning.identification import Identification
 from learning.resampling import Intervals
 from learning.selection import Selection, Tried
@@ -19,14 +23,19 @@ from learning.selection import Selection, Tried
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What was learned, and how sure it is."""
+    """What was learned, and how sure it is.
+
+    judged: scores of the plays that were held out, by forecaster; empty: there are none
+    """
 
     plays: Plays
+    split: Split
     selection: Selection | None
     fitted: Fitted
     placed: Placed
     identified: Identification
     sure: Intervals | None
+    judged: Sequence[Score]
     seconds: float
 
     @property
@@ -45,7 +54,10 @@ def report(found: Found) -> Mapping[str, object]:
     recipe = found.fitted.recipe
     return {
         "encore": __version__,
+        "made_at": datetime.now(UTC).isoformat(),
+        "learned_until": candidates.moment(found.split.until),
         "plays": len(plays),
+        "learned": int(found.split.learned.sum()),
         "answered": int((plays.answer != NONE).sum()),
         "users": len(plays.users),
         "items": len(found.placed.items),
@@ -61,6 +73,7 @@ def report(found: Found) -> Mapping[str, object]:
         "others": list(whole.others),
         "identification": _identification(found.identified),
         "intervals": None if found.sure is None else _intervals(found.sure),
+        "held_out": {score.forecaster: score.summary() for score in found.judged},
         "seconds": round(found.seconds, 3),
     }
 
@@ -99,6 +112,8 @@ def show(found: Found, out: Path) -> None:
     show_table(columns, rows)
     say()
     say(_told(whole, found))
+    if found.judged:
+        say(_compared(found))
     for warning in (*found.identified.warnings, *_warnings(found)):
         note(f"Warning: {warning}")
     say(f"{out}/models.ndjson, {out}/items.ndjson, {out}/report.json")
@@ -127,13 +142,22 @@ def _cells(each: Tried, found: Selection) -> Sequence[str]:
 
 
 def _told(whole: Learned, found: Found) -> str:
-    per_answer = -whole.counts.likelihood / max((found.plays.answer != NONE).sum(), 1)
+    learned = found.plays.of(found.split.learned)
+    per_answer = -whole.counts.likelihood / max((learned.answer != NONE).sum(), 1)
     return (
-        f"{len(found.plays)} plays of {len(found.plays.users)} users: log loss"
+        f"{len(learned)} plays of {len(np.unique(learned.user))} users: log loss"
         f" {per_answer:.4f} on what it was learned from, after {len(whole.risen)} steps"
         f" and {found.seconds:.0f} s. The log tells {found.identified.states} states"
         f" apart.{_new(found.placed)}"
     )
+
+
+def _compared(found: Found) -> str:
+    held = len(found.plays) - int(found.split.learned.sum())
+    losses = ", ".join(
+        f"{score.forecaster} {score.log_loss:.4f}" for score in found.judged
+    )
+    return f"Log loss on the {held} plays that were held out: {losses}."
 
 
 def _new(placed: Placed) -> str:

@@ -9,11 +9,15 @@ import numpy as np
 
 from app.domain import LIKE, SKIP
 from app.services.items import NewItem
-from learning import Plays
+from learning import NONE, Bools, Plays
 from learning.chain import Chain
+from learning.evaluation import Score, compare
+from learning.evaluation.rates import arm_rate, constant
 from learning.fitting import Fitted
 from learning.inheritance import Inherited, inherit
+from learning.prediction import liked, predicted
 from learning.rests import moves_of
+from policies import Floats, Ints, as_ints
 
 NAMES: Mapping[int, Sequence[str]] = {
     2: ("low", "high"),
@@ -63,6 +67,13 @@ class Placed:
             "by_neither": sum(not played and tag is None for played, tag in pairs),
         }
 
+    def of(self, arms: Sequence[str], usual: Ints) -> Ints:
+        """Which type each arm follows: of an arm that is no item, the usual one."""
+        kinds = self.found.kind.tolist()
+        kind = dict(zip((item.id for item in self.items), kinds, strict=True))
+        pairs = zip(arms, usual.tolist(), strict=True)
+        return as_ints([kind.get(arm, other) for arm, other in pairs])
+
 
 def place(fitted: Fitted, plays: Plays, items: Sequence[NewItem] | None) -> Placed:
     """Find the models of items; None: of those that the log names."""
@@ -83,6 +94,28 @@ def item_lines(fitted: Fitted, placed: Placed, naming: Naming) -> Iterator[str]:
         plain |= {name: value for name, value in more.items() if value}
         plain |= {} if item.active else {"active": False}
         yield json.dumps(plain, ensure_ascii=False)
+
+
+def judged(
+    plays: Plays, learned: Bools, fitted: Fitted, placed: Placed
+) -> Sequence[Score]:
+    """How well plays are foretold that models were not learned from; none: nothing."""
+    held = ~learned & (plays.answer != NONE)
+    if not held.any():
+        return ()
+    chances = {
+        "learned": liked(plays, _expected(plays, fitted, placed)),
+        "user-arm rate": arm_rate(plays, learned),
+        "constant": constant(plays, learned),
+    }
+    return compare(plays, held, chances)[2]
+
+
+def _expected(plays: Plays, fitted: Fitted, placed: Placed) -> Floats:
+    """What is foretold if arms follow the models that are written."""
+    of_arms = placed.of(plays.arms, fitted.types.of_arms)
+    chains, in_time = fitted.types.chains, fitted.recipe.in_time
+    return predicted(plays, chains, of_arms, in_time=in_time)
 
 
 def write(folder: Path, name: str, lines: Iterator[str]) -> None:
