@@ -16,6 +16,7 @@ from app import __version__, logs
 from app.api import (
     admin,
     bounds,
+    clock,
     document,
     guard,
     health,
@@ -48,6 +49,7 @@ ROUTERS = (
     models.router,
     admin.router,
     guard.router,
+    clock.router,
     bounds.router,
     key_routes.router,
     health.router,

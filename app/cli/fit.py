@@ -18,6 +18,7 @@ from app.cli.console import AsJson, Failed, note, say, show_json, show_table
 from app.cli.files import make_folder
 from app.cli.session import DatabaseUrl
 from app.services import fits
+from app.services.clocks import LONGEST, SHORTEST
 from app.services.fits import Naming
 from learning import NONE, Plays
 from learning.em import Effort, Learned
@@ -64,7 +65,10 @@ def command(
         bool, typer.Option("--clock", help="Interest rests by time, not by plays.")
     ] = False,
     slot_s: Annotated[
-        float, typer.Option(min=1.0, help="With --clock: seconds of a slot.")
+        float,
+        typer.Option(
+            min=SHORTEST, max=LONGEST, help="With --clock: seconds of a slot."
+        ),
     ] = SLOT_S,
     starts: Annotated[int, typer.Option(min=1, help="Beginnings that are tried.")] = 6,
     steps: Annotated[
@@ -98,15 +102,18 @@ def command(
     plays = logs.read(wanted)
     found = _found(plays, recipe, draws)
     source = f"encore fit {__version__}, {len(plays)} plays"
+    source += f", slots of {slot_s:g} s" if clock else ""
     naming = Naming(name, source, slot_s)
     fits.write(out, "models.ndjson", fits.model_lines(found.fitted, plays, naming))
     fits.write(out, "items.ndjson", fits.item_lines(found.fitted, plays, naming))
-    report = _report(found)
+    report = _report(found, slot_s if clock else None)
     fits.write(out, "report.json", iter([json.dumps(report, indent=1)]))
     if as_json:
         show_json(report)
     else:
         _show(found, out)
+        if clock:
+            say(f'They go with the clock: PUT /v1/admin/clock {{"slot_s": {slot_s:g}}}')
 
 
 def _found(plays: Plays, recipe: Recipe, draws: int) -> Found:
@@ -135,7 +142,7 @@ def _found(plays: Plays, recipe: Recipe, draws: int) -> Found:
     return Found(plays, fitted, identified, spread, time.perf_counter() - began)
 
 
-def _report(found: Found) -> Mapping[str, object]:
+def _report(found: Found, slot_s: float | None) -> Mapping[str, object]:
     plays, types, whole = found.plays, found.fitted.types, found.fitted.whole
     kinds = np.bincount(types.of_arms, minlength=len(types.chains))
     recipe = found.fitted.recipe
@@ -147,6 +154,7 @@ def _report(found: Found) -> Mapping[str, object]:
         "items": len(plays.arms),
         "states": recipe.states,
         "clock": recipe.in_time,
+        "slot_s": slot_s,
         "items_by_model": kinds.tolist(),
         "likelihood": whole.counts.likelihood,
         "steps": len(whole.risen),

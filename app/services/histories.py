@@ -163,12 +163,14 @@ def _enter(
         if key in before:
             last = None
             continue
+        at = None if play.at is None else datetime.fromisoformat(play.at)
         if not play.together:
             last = None
+            if at is not None:
+                standing.keep_time(known.clock, at)
             standing.forget()
         serial = catalogue.listing.serials[play.item]
         answer = _answer(settings, catalogue.model_of(serial), play)
-        at = None if play.at is None else datetime.fromisoformat(play.at)
         last = standing.report(serial, answer, key, at, beside=last)
         standing.learn(last.slot, serial, answer)
         entered += 1
