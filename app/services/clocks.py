@@ -35,7 +35,12 @@ def anchored(store: Store, user: User, slot: int, at: datetime, clock: Clock) ->
     at: when one begins who is new
     """
     seen = users.last_seen(store, user.id) if user.version else None
-    return Anchor(clock.version, _moment(seen or at) - slot * _length(clock))
+    return tied(slot, seen or at, clock)
+
+
+def tied(slot: int, at: datetime, clock: Clock) -> Anchor:
+    """Let a slot begin at a moment."""
+    return Anchor(clock.version, _moment(at) - slot * _length(clock))
 
 
 def slot_at(clock: Clock, anchor: Anchor, at: datetime) -> int:

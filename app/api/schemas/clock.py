@@ -13,7 +13,12 @@ class ClockForm(Form):
 
     slot_s: Annotated[
         float,
-        Field(ge=SHORTEST, le=LONGEST, description="seconds, as models were learned"),
+        Field(
+            strict=True,
+            ge=SHORTEST,
+            le=LONGEST,
+            description="seconds, as models were learned",
+        ),
     ]
 
 
