@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,9 @@ import sqlalchemy as sa
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from app.services import fits
 from app.services.exports import export_history
+from app.services.fits import Naming
 from app.services.logs import log
 from app.settings import Settings
 from app.storage.tables import audit as audit_table
@@ -20,7 +23,9 @@ from app.storage.tables import beliefs as beliefs_table
 from app.storage.tables import plays as plays_table
 from app.storage.tables import users as users_table
 from learning.chain import Chain
+from learning.em import Effort
 from learning.expectation import chances
+from learning.fitting import Recipe, fit
 from learning.plays import Plays
 from learning.streams import streams
 from policies import Floats
@@ -128,11 +133,14 @@ def packed(service: Service) -> list[tuple[object, ...]]:
 
 
 def test_who_was_away_for_three_weeks_comes_back_rested(radio: Service) -> None:
-    by_hand = ByHand(MINUTE)
-    first = listen(radio, "ann", ["like", "skip", "none", "like", "like"])
-    for slot, play in enumerate(first):
+    by_hand, signals = ByHand(MINUTE), ["like", "skip", "none", "like", "like"]
+    first = listen(radio, "ann", signals)
+    for slot, (play, signal) in enumerate(zip(first, signals, strict=True)):
         assert play["slot"] == slot
-        by_hand.take(play["item"], slot, ["like", "skip", "none", "like", "like"][slot])
+        by_hand.take(play["item"], slot, signal)
+    skipped = {"item": "one", "signal": "skip"}
+    radio.client.post("/v1/users/ann/plays", json=skipped).raise_for_status()
+    by_hand.take("one", 5, "skip")
 
     later(radio, "ann", WEEKS)
     held = radio.beliefs("ann", item=SONGS)
@@ -144,8 +152,7 @@ def test_who_was_away_for_three_weeks_comes_back_rested(radio: Service) -> None:
         expected = by_hand.at(belief["item"], slot)
         assert belief["belief"] == pytest.approx(expected, abs=1e-10)
     assert play["like"] == pytest.approx(by_hand.at(play["item"], slot) @ LIKE)
-    worn = by_hand.at(first[-1]["item"], 5) @ LIKE
-    assert by_hand.at(first[-1]["item"], slot) @ LIKE > worn + 0.3
+    assert by_hand.at("one", slot) @ LIKE > by_hand.at("one", 6) @ LIKE + 0.3
     assert radio.answer(play["play"], "like")["slot"] == slot + 1
     sound(radio, ["ann"], [one["play"] for one in (*first, play)])
 
@@ -436,31 +443,57 @@ def test_whatever_time_passes_the_log_is_the_truth(
 
 
 def test_learning_foretells_what_the_service_predicted(radio: Service) -> None:
-    """By slots to rounding errors; by the clock, as if rests were whole slots."""
+    """By slots to rounding errors; by the clock, but for parts of slots."""
+    plays, predicted = heard(radio)
+    by_slots = Chain(PLAY @ rests(MINUTE), rests(MINUTE), OBSERVE, PRIOR)
+    by_clock = Chain(PLAY, GENERATOR, OBSERVE, PRIOR, in_time=True)
+
+    assert plays.seconds is not None
+    begun = plays.seconds[plays.first[:-1]][plays.user]
+    ahead = plays.slot - (plays.seconds - begun) / MINUTE
+    assert ahead.min() > -1 - 0.01
+    assert ahead.max() <= 0.01
+    assert foretold(plays, by_slots) == pytest.approx(predicted, abs=1e-12)
+    assert foretold(plays, by_clock) == pytest.approx(predicted, abs=SLOT_MORE_OR_LESS)
+
+
+def test_what_is_learned_by_the_clock_is_written_for_slots(radio: Service) -> None:
+    plays, _ = heard(radio)
+    recipe = Recipe(states=2, in_time=True, effort=Effort(starts=1, steps=5))
+
+    fitted = fit(plays, recipe)
+    [line] = fits.model_lines(fitted, plays, Naming("song", "test", MINUTE))
+
+    written, [chain] = json.loads(line), fitted.types.chains
+    by_slots = Chain(
+        np.array(written["play"]),
+        np.array(written["rest"]),
+        np.column_stack((1 - np.array(written["like"]), written["like"]))[None],
+        np.array(written["prior"]),
+    )
+    away = foretold(plays, by_slots) - foretold(plays, chain)
+    assert np.abs(away).max() < 0.01
+    without = replace(by_slots, play=chain.play)
+    further = foretold(plays, without) - foretold(plays, chain)
+    assert np.abs(away).mean() < np.abs(further).mean()
+
+
+OBSERVE = np.array([np.column_stack((1 - LIKE, LIKE))])
+SLOT_MORE_OR_LESS = float(np.abs(rests(MINUTE) - np.eye(3)).sum(axis=1).max())
+
+
+def heard(radio: Service) -> tuple[Plays, Floats]:
+    """The log of two users who come now and then, and what was predicted of each."""
     rng = np.random.default_rng(1)
     for user in ("ann", "bob"):
         for gap in rng.exponential(HOUR, 20):
             listen(radio, user, [str(rng.choice(["like", "skip", "none"]))])
             later(radio, user, MINUTE + gap)
         listen(radio, user, ["none"])
-    plays = with_database(radio, log)
-    stored = with_database(
-        radio,
-        lambda database: database.run(lambda store: store.rows(PREDICTED)),
+    rows = with_database(
+        radio, lambda database: database.run(lambda store: store.rows(PREDICTED))
     )
-    expected = np.array([row.predicted for row in stored])
-
-    by_slots = foretold(plays, in_time=False)
-    by_clock = foretold(plays, in_time=True)
-
-    assert by_slots == pytest.approx(expected, abs=1e-12)
-    assert plays.seconds is not None
-    begun = plays.seconds[plays.first[:-1]][plays.user]
-    ahead = plays.slot - (plays.seconds - begun) / MINUTE
-    assert ahead.min() > -1 - 0.01
-    assert ahead.max() <= 0.01
-    assert np.abs(by_clock - expected).max() < rounding()
-    assert np.abs(by_clock - expected).mean() < 2e-4
+    return with_database(radio, log), np.array([row.predicted for row in rows])
 
 
 PREDICTED = sa.select(plays_table.c.predicted).order_by(
@@ -468,18 +501,8 @@ PREDICTED = sa.select(plays_table.c.predicted).order_by(
 )
 
 
-def foretold(plays: Plays, *, in_time: bool) -> Floats:
-    seen = streams(plays, in_time=in_time)
-    written = model(MINUTE)
-    play = PLAY if in_time else np.array(written["play"])
-    rest = GENERATOR if in_time else np.array(written["rest"])
-    observe = np.array([np.column_stack((1 - LIKE, LIKE))])
+def foretold(plays: Plays, chain: Chain) -> Floats:
+    seen = streams(plays, in_time=chain.in_time)
     found = np.empty(len(plays))
-    chain = Chain(play, rest, observe, PRIOR, in_time)
     found[seen.row] = chances(seen, chain)[:, 1]
     return found
-
-
-def rounding() -> float:
-    """What a slot of rest more or less can change in a prediction, at most."""
-    return float(np.abs(rests(MINUTE) - np.eye(3)).sum(axis=1).max())
