@@ -26,6 +26,7 @@ from app.api import (
     metrics,
     models,
     problems,
+    publications,
     users,
 )
 from app.api import (
@@ -50,6 +51,7 @@ ROUTERS = (
     admin.router,
     guard.router,
     clock.router,
+    publications.router,
     bounds.router,
     key_routes.router,
     health.router,

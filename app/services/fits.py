@@ -8,9 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from app.domain import LIKE, SKIP
-from learning import Plays
+from learning import NONE, Bools, Plays
 from learning.chain import Chain
-from learning.fitting import Fitted
+from learning.evaluation import Score, compare
+from learning.evaluation.rates import arm_rate, constant
+from learning.fitting import Fitted, expected
+from learning.prediction import liked
 from learning.rests import moves_of
 
 NAMES: Mapping[int, Sequence[str]] = {
@@ -46,6 +49,19 @@ def item_lines(fitted: Fitted, plays: Plays, naming: Naming) -> Iterator[str]:
     for arm, kind in zip(plays.arms, kinds, strict=True):
         model = _name(fitted, naming, kind + 1)
         yield json.dumps({"id": arm, "model": model}, ensure_ascii=False)
+
+
+def judged(plays: Plays, learned: Bools, fitted: Fitted) -> Sequence[Score]:
+    """How well plays are foretold that models were not learned from; none: nothing."""
+    held = ~learned & (plays.answer != NONE)
+    if not held.any():
+        return ()
+    chances = {
+        "learned": liked(plays, expected(plays, fitted)),
+        "user-arm rate": arm_rate(plays, learned),
+        "constant": constant(plays, learned),
+    }
+    return compare(plays, held, chances)[2]
 
 
 def write(folder: Path, name: str, lines: Iterator[str]) -> None:

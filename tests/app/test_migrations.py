@@ -101,7 +101,7 @@ def test_slots_that_followed_a_clock_are_counted_by_plays_after_a_downgrade(
     service.answer(waiting[1]["play"], "skip")
     service.stop()
 
-    migrate.downgrade(settings.database_url, "0005")
+    migrate.downgrade(settings.database_url, "0006")
     migrate.upgrade(settings.database_url)
 
     service = Service.start(settings)
