@@ -13,13 +13,14 @@ import typer
 
 from app import __version__
 from app.cli import fit_report, logs
-from app.cli.console import AsJson, Failed, progress, show_json
+from app.cli.console import AsJson, Failed, progress, say, show_json
 from app.cli.files import make_folder
 from app.cli.fit_report import Found
 from app.cli.session import DatabaseUrl
 from app.cli.sizes import AUTO, sizes
 from app.cli.spreads import Scheduler, spreading
 from app.services import candidates, fits
+from app.services.clocks import LONGEST, SHORTEST
 from app.services.fits import Naming
 from app.services.items import NewItem
 from learning import Plays
@@ -93,7 +94,10 @@ def command(
         bool, typer.Option("--clock", help="Interest rests by time, not by plays.")
     ] = False,
     slot_s: Annotated[
-        float, typer.Option(min=1.0, help="With --clock: seconds of a slot.")
+        float,
+        typer.Option(
+            min=SHORTEST, max=LONGEST, help="With --clock: seconds of a slot."
+        ),
     ] = SLOT_S,
     held_out: Annotated[
         float,
@@ -144,17 +148,24 @@ def command(
         split = latest_apart(plays, held_out)
         found = _found(plays, split, described, asked, spread)
     source = f"encore fit {__version__}, {len(plays)} plays"
+    source += f", slots of {slot_s:g} s" if clock else ""
     naming = Naming(name, source, slot_s)
     models = fits.model_lines(found.fitted, plays, naming)
     fits.write(out, candidates.MODELS, models)
     follows = fits.item_lines(found.fitted, found.placed, naming)
     fits.write(out, candidates.ITEMS, follows)
-    report = {**fit_report.report(found), "digest": candidates.digest_of(out)}
+    report = {
+        **fit_report.report(found),
+        "slot_s": slot_s if clock else None,
+        "digest": candidates.digest_of(out),
+    }
     fits.write(out, candidates.REPORT, iter([json.dumps(report, indent=1)]))
     if as_json:
         show_json(report)
     else:
         fit_report.show(found, out)
+        if clock:
+            say(f'They go with the clock: PUT /v1/admin/clock {{"slot_s": {slot_s:g}}}')
 
 
 def _found(

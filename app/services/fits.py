@@ -135,13 +135,14 @@ def _model(
     chain: Chain, plays: Plays, name: str, naming: Naming
 ) -> Mapping[str, object]:
     size = len(chain.prior)
-    rest = chain.rest
-    if chain.in_time:
+    play, rest = chain.play, chain.rest
+    if chain.in_time:  # a play takes no time: the slot that it begins is rest, too
         [rest] = moves_of(chain, np.array([naming.slot_s]))
+        play = play @ rest
     return {
         "id": name,
         "states": NAMES.get(size) or [f"state {n}" for n in range(1, size + 1)],
-        "play": _rounded(chain.play),
+        "play": _rounded(play),
         "rest": _rounded(rest),
         **_answers(chain, plays),
         "prior": _rounded(chain.prior),

@@ -28,6 +28,7 @@ class Forecast:
     likes:     the same after 1, 2, ... further slots of rest
     threshold: reward at which it counts as back
     back_in:   slots of rest until then; 0: it is back; None: not within the forecast
+    slot_s:    seconds of a slot, where slots follow a clock
     """
 
     slot: int
@@ -36,6 +37,7 @@ class Forecast:
     likes: Sequence[float]
     threshold: float
     back_in: int | None
+    slot_s: float | None
 
 
 def of_item(
@@ -53,6 +55,7 @@ def of_item(
     if serial is None:
         raise ItemNotFound(item)
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
+    standing.keep_time(revision.clock)
     belief, rested = beliefs.of_item(catalogue, standing.entries, standing.slot, serial)
     now = beliefs.expected(catalogue, serial, belief)
     likes = forecast(catalogue.models, catalogue.row_of(serial), belief, slots)
@@ -65,6 +68,7 @@ def of_item(
         likes=likes.tolist(),
         threshold=wanted,
         back_in=int(back[0]) if len(back) else None,
+        slot_s=revision.clock.slot_s,
     )
 
 

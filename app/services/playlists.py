@@ -51,6 +51,7 @@ def plan(
     for play in waiting:
         slot = standing.take_place(play)
         planned.append(_planned(standing, slot, play.item, pending=True))
+    standing.keep_time(revision.clock)
     if not repeats:
         pool = pool.without(np.array([play.item for play in waiting], np.int64))
     while len(planned) < length and not pool.is_empty:

@@ -56,11 +56,16 @@ def test_what_is_learned_can_be_imported(
 
     assert said.status == 0, said.err
     assert f"{out}/models.ndjson" in said.out
+    report = json.loads((out / "report.json").read_text())
+    assert report["slot_s"] == (240 if "--clock" in more else None)
+    assert ('PUT /v1/admin/clock {"slot_s": 240}' in said.out) == ("--clock" in more)
     models = lines(out / "models.ndjson")
     names = ["learned-1", "learned-2"] if "--types" in more else ["learned"]
     assert [model.pop("id") for model in models] == names
     for model in models:
-        assert model.pop("source").startswith("encore fit ")
+        source = model.pop("source")
+        assert source.startswith("encore fit ")
+        assert source.endswith(", slots of 240 s") == ("--clock" in more)
         assert Model(**model).warnings == ()
     encore("migrate", "--database-url", database)
     for what in ("models", "items"):

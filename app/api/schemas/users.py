@@ -85,6 +85,10 @@ class ForecastView(Form):
     back_in: Annotated[
         int | None, Field(description="slots until then; null: not in this forecast")
     ]
+    slot_s: Annotated[
+        float | None,
+        Field(description="seconds of a slot, null: slots pass by plays alone"),
+    ]
     forecast: list[ForecastPoint]
 
     @classmethod
@@ -97,6 +101,7 @@ class ForecastView(Form):
             like=forecast.now,
             threshold=forecast.threshold,
             back_in=forecast.back_in,
+            slot_s=forecast.slot_s,
             forecast=[
                 ForecastPoint(rested=slots, like=like)
                 for slots, like in enumerate(forecast.likes, start=1)
