@@ -45,12 +45,14 @@ class Asked:
     states: to choose from
     types:  to choose from
     draws:  of users, for intervals
+    stay:   items that nothing is told of stay with the models they have
     """
 
     recipe: Recipe
     states: Sequence[int]
     types: Sequence[int]
     draws: int
+    stay: bool
 
 
 def command(
@@ -140,6 +142,7 @@ def command(
         sizes("--states", states, USUAL_STATES, 2, 8),
         sizes("--types", types, USUAL_TYPES, 1, 32),
         draws,
+        stay=not files and items is None,
     )
     make_folder(out)
     with spreading(scheduler) as spread:
@@ -189,7 +192,7 @@ def _found(
         reward, seed = np.array(plays.reward), recipe.effort.seed
         resample = partial(intervals, seen, fitted.whole, reward, recipe.smoothing)
         sure = resample(draws=asked.draws, seed=seed, spread=spread)
-    placed = fits.place(fitted, learned, items)
+    placed = fits.place(fitted, learned, items, stay=asked.stay)
     judged = fits.judged(plays, split.learned, fitted, placed)
     took = time.perf_counter() - began
     return Found(
