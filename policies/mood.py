@@ -1,0 +1,172 @@
+"""The user's mood: a small class of the last answers, whatever items they were given to.
+
+What a user just liked or skipped tells of the next play of any item. A mood is known,
+not hidden: like chances are given by state and mood, and since each answer leads to one
+next mood, plans know it at every node of the tree of answers.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from policies.arrays import Floats, Ints, as_floats, as_ints
+from policies.compiled import compiled, inner
+
+MOST_ANSWERS = 4
+MOST_LEVELS = 16
+NONE = -1
+
+
+class MoodState(NamedTuple):
+    """What a user's mood follows from.
+
+    Attributes:
+        recent: the last answers in binary after a leading one, the last of them last.
+        told: answers so far.
+        tendency: share of likes among them, the later ones counting more.
+    """
+
+    recent: int = 1
+    told: int = 0
+    tendency: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Mood:
+    """How answers make a mood.
+
+    Attributes:
+        answers: how many of the last answers are told apart, 0 to 4.
+        memory: answers that the tendency goes back over, at least 1; None: all, alike.
+        levels: (L,) bounds between classes of the tendency, ascending, in (0, 1).
+        pause_s: seconds without a play after which a play finds a mood of its own; or
+            None.
+    """
+
+    answers: int = 2
+    memory: float | None = 10.0
+    levels: tuple[float, ...] = (0.1, 0.25, 0.4, 0.55, 0.7, 0.82, 0.92)
+    pause_s: float | None = 1800.0
+
+    def __post_init__(self) -> None:
+        """Check.
+
+        Raises:
+            ValueError: names the field.
+        """
+        object.__setattr__(self, "levels", tuple(map(float, self.levels)))
+        if not 0 <= self.answers <= MOST_ANSWERS:
+            raise ValueError(f"answers: must be from 0 to {MOST_ANSWERS}")
+        if self.memory is not None and not 1 <= self.memory < np.inf:
+            raise ValueError("memory: must be a number from 1, or null for all answers")
+        if len(self.levels) > MOST_LEVELS:
+            raise ValueError(f"levels: there may be {MOST_LEVELS}")
+        if not all(0 < level < 1 for level in self.levels):
+            raise ValueError("levels: must lie between 0 and 1")
+        if any(after <= before for before, after in pairwise(self.levels)):
+            raise ValueError("levels: must ascend")
+        if self.pause_s is not None and not 0 < self.pause_s < np.inf:
+            raise ValueError("pause_s: must be a positive number of seconds, or null")
+
+    @property
+    def classes(self) -> int:
+        """Return C, how many moods there are."""
+        pauses = 1 if self.pause_s is None else 2
+        return (2 ** (self.answers + 1) - 1) * (len(self.levels) + 1) * pauses
+
+    def of(self, state: MoodState, waited_s: float | None) -> int:
+        """Return the class of a mood, 0 to C - 1.
+
+        Args:
+            state: what it follows from.
+            waited_s: seconds since the last play; None: it is the first, or nobody
+                knows.
+        """
+        levels, paused = as_floats(self.levels), self.pause_s is not None
+        resumed = paused and waited_s is not None and waited_s > (self.pause_s or 0.0)
+        return int(_class_of(*state, levels, paused, resumed))
+
+    def after(self, state: MoodState, liked: int) -> MoodState:
+        """Return what follows an answer: 1 a like, 0 another, NONE none."""
+        return MoodState(*_after(*state, liked, self.answers, self._weight))
+
+    def along(self, first: Ints, liked: Ints, seconds: Floats | None) -> Ints:
+        """Return (P,): the class of the mood before each play of a log.
+
+        Args:
+            first: (U + 1,) where each user's plays begin.
+            liked: (P,) 1, 0 or NONE.
+            seconds: (P,) when plays began; None: not known.
+        """
+        known = seconds is not None
+        return _along(
+            as_ints(first),
+            as_ints(liked),
+            as_floats(seconds if seconds is not None else np.empty(0)),
+            self.answers,
+            self._weight,
+            as_floats(self.levels),
+            self.pause_s is not None,
+            self.pause_s if known and self.pause_s is not None else np.inf,
+        )
+
+    @property
+    def _weight(self) -> float:
+        """Return the least weight of an answer in the tendency."""
+        return 0.0 if self.memory is None else 1.0 / self.memory
+
+
+@inner
+def _class_of(
+    recent: int, _told: int, tendency: float, levels: Floats, paused: bool, resumed: bool
+) -> int:
+    level = 0
+    while level < len(levels) and tendency >= levels[level]:
+        level += 1
+    found = (recent - 1) * (len(levels) + 1) + level
+    return found * 2 + int(resumed) if paused else found
+
+
+@inner
+def _after(
+    recent: int, told: int, tendency: float, liked: int, answers: int, weight: float
+) -> tuple[int, int, float]:
+    if liked < 0:
+        return recent, told, tendency
+    recent = recent * 2 + liked
+    while recent >= 2 << answers:  # the earliest answer is forgotten
+        top = 1
+        while top * 2 <= recent:
+            top *= 2
+        recent = (recent - top) % (1 << answers) + (1 << answers)
+    step = max(1.0 / (told + 2.0), weight)  # at first, one answer half liked
+    return recent, told + 1, tendency + step * (liked - tendency)
+
+
+@compiled
+def _along(
+    first: Ints,
+    liked: Ints,
+    seconds: Floats,
+    answers: int,
+    weight: float,
+    levels: Floats,
+    paused: bool,
+    pause: float,
+) -> Ints:
+    found = np.empty(len(liked), dtype=np.int64)
+    for u in range(len(first) - 1):
+        recent, told, tendency = 1, 0, 0.5
+        for p in range(first[u], first[u + 1]):
+            resumed = (
+                pause < np.inf
+                and p > first[u]
+                and seconds[p] - seconds[p - 1] > pause
+            )
+            found[p] = _class_of(recent, told, tendency, levels, paused, resumed)
+            recent, told, tendency = _after(
+                recent, told, tendency, liked[p], answers, weight
+            )
+    return found
