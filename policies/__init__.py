@@ -19,7 +19,8 @@ from policies.bounds import Bound, Effort, bound, effort, worth_for_ever
 from policies.choice import Choice, Mixture, choose
 from policies.index_table import MOST_DISCOUNT, IndexTable, build
 from policies.model import NO_ANSWER, InvalidModel, Model, Signals
-from policies.model_set import ModelSet
+from policies.model_set import ModelSet, mood_of
+from policies.mood import LIKED, Mood, MoodState
 from policies.parameters import Bounds, Parameter, parameters
 from policies.policy import Policy, Scorer
 from policies.ready import ready
@@ -31,6 +32,7 @@ from policies.warm_up import variants, warm_up
 __all__ = [
     "ALONE",
     "LIKE",
+    "LIKED",
     "MOST_DISCOUNT",
     "MOST_SURPRISE",
     "NEVER",
@@ -51,6 +53,8 @@ __all__ = [
     "Mixture",
     "Model",
     "ModelSet",
+    "Mood",
+    "MoodState",
     "Parameter",
     "Policy",
     "Scorer",
@@ -69,6 +73,7 @@ __all__ = [
     "effort",
     "expected_like",
     "forecast",
+    "mood_of",
     "parameters",
     "params_of",
     "presets",

@@ -52,20 +52,22 @@ def move(
 def learn(
     models: ModelSet,
     m: int,
+    mood: int,
     belief: Floats,
     row: int,
     signal: int,
     after: Floats,
     to: int,
 ) -> float:
-    """Write the belief after a play of model m into after[to]; see `move`.
+    """Write the belief after a play of model m in a mood into after[to]; see `move`.
 
     Returns the chance of the signal. Below IMPOSSIBLE the belief has moved as without
     an answer.
     """
-    chance = _learn(models, m, belief, row, signal, after, to)
+    chances = m * models.classes + mood
+    chance = _learn(models, m, chances, belief, row, signal, after, to)
     if chance < IMPOSSIBLE:
-        _learn(models, m, belief, row, NONE, after, to)
+        _learn(models, m, chances, belief, row, NONE, after, to)
     return 1.0 if signal == NONE else chance
 
 
@@ -73,6 +75,7 @@ def learn(
 def _learn(
     models: ModelSet,
     m: int,
+    chances: int,
     belief: Floats,
     row: int,
     signal: int,
@@ -81,12 +84,12 @@ def _learn(
 ) -> float:
     chance = 0.0
     for i in range(belief.shape[1]):
-        told = 1.0 if signal == NONE else models.observe[m, signal, i]
+        told = 1.0 if signal == NONE else models.observe_in[chances, signal, i]
         chance += belief[row, i] * told
     for j in range(belief.shape[1]):
         weight = 0.0
         for i in range(belief.shape[1]):
-            told = 1.0 if signal == NONE else models.observe[m, signal, i]
+            told = 1.0 if signal == NONE else models.observe_in[chances, signal, i]
             weight += belief[row, i] * told * models.play[m, i, j]
         after[to, j] = weight / chance
     return chance
@@ -118,7 +121,7 @@ def rested(models: ModelSet, model: Ints, belief: Floats, slots: Ints) -> Floats
 
 @compiled
 def expected_like(like: Floats, model: Ints, belief: Floats) -> Floats:
-    """See `belief.expected_like`; `like` is (M, S)."""
+    """See `belief.expected_like`; `like` is (M, S), or (M C, S) and `model` a row."""
     chances = np.empty(len(model))
     for k in range(len(model)):
         chances[k] = like_chance(like, model[k], belief, k)
@@ -127,17 +130,17 @@ def expected_like(like: Floats, model: Ints, belief: Floats) -> Floats:
 
 @compiled
 def answered(
-    models: ModelSet, m: int, belief: Floats, signal: int
+    models: ModelSet, m: int, mood: int, belief: Floats, signal: int
 ) -> tuple[Floats, float]:
     """Return the belief after a play and the chance of its signal."""
     after = np.empty((1, len(belief)))
-    chance = learn(models, m, belief.reshape(1, -1), 0, signal, after, 0)
+    chance = learn(models, m, mood, belief.reshape(1, -1), 0, signal, after, 0)
     return after[0], chance
 
 
 @compiled
 def replayed(
-    models: ModelSet, m: int, slots: Ints, signals: Ints
+    models: ModelSet, m: int, slots: Ints, signals: Ints, moods: Ints
 ) -> tuple[int, Floats]:
     """See `belief.replayed`."""
     belief = models.prior[m : m + 1].copy()
@@ -145,17 +148,20 @@ def replayed(
     slot = 0
     for p in range(len(slots)):
         _rest(models, m, belief, 0, slots[p] - slot, spare)
-        learn(models, m, belief, 0, signals[p], spare, 0)
+        learn(models, m, moods[p], belief, 0, signals[p], spare, 0)
         belief[0] = spare[0]
         slot = slots[p] + 1
     return slot, belief[0]
 
 
 @compiled
-def forecast(models: ModelSet, m: int, belief: Floats, slots: int) -> Floats:
+def forecast(
+    models: ModelSet, m: int, belief: Floats, slots: int, mood: int
+) -> Floats:
     """See `belief.forecast`."""
     beliefs = np.empty((slots + 1, len(belief)))
     beliefs[0] = belief
     for k in range(slots):
         move(models.rest, m, beliefs, k, beliefs, k + 1)
-    return expected_like(models.like, np.full(slots, m), beliefs[1:])
+    rows = np.full(slots, m * models.classes + mood)
+    return expected_like(models.like_in, rows, beliefs[1:])

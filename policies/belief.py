@@ -6,6 +6,9 @@ signal y, and pi(i) without an answer, the belief after a play is w P1 / sum(w);
 slots of rest it is pi P0^k. Where the signals are a skip and a like, O(i, like) is
 rho(i).
 
+Where models have a mood, chances are those of the mood in which the play was: known, so
+that nothing else changes.
+
 The arithmetic is that of `bayes`, always: a belief rebuilt from a log equals the one
 that was carried along, to the bit.
 """
@@ -60,7 +63,9 @@ def untouched(models: ModelSet, slot: int) -> Floats:
     return bayes.rested(models, rows, models.prior, np.full(len(rows), slot))
 
 
-def expected_like(models: ModelSet, model: Ints, belief: Floats) -> Floats:
+def expected_like(
+    models: ModelSet, model: Ints, belief: Floats, mood: Ints | int = 0
+) -> Floats:
     """Return (K,): the expected reward, r(pi) = sum_i pi(i) rho(i), of each belief.
 
     Where the signals are a skip and a like, that is the chance of a like.
@@ -69,11 +74,17 @@ def expected_like(models: ModelSet, model: Ints, belief: Floats) -> Floats:
         models: M models of S states.
         model: (K,) row of each belief's model.
         belief: (K, S).
+        mood: class of the mood, one for all or (K,).
     """
-    return bayes.expected_like(models.like, as_ints(model), as_floats(belief))
+    rows = as_ints(model)
+    if models.classes > 1:
+        rows = rows * models.classes + mood
+    return bayes.expected_like(models.like_in, rows, as_floats(belief))
 
 
-def answered(models: ModelSet, model: int, belief: Floats, signal: int) -> Answered:
+def answered(
+    models: ModelSet, model: int, belief: Floats, signal: int, mood: int = 0
+) -> Answered:
     """Move the belief of an item that was played on by its slot.
 
     Args:
@@ -82,14 +93,19 @@ def answered(models: ModelSet, model: int, belief: Floats, signal: int) -> Answe
         belief: (S,) in the slot of the play.
         signal: its number in the model (SKIP and LIKE where it has no others), or
             NONE.
+        mood: class of the mood in which it was played.
     """
-    after, chance = bayes.answered(models, model, as_floats(belief), signal)
+    after, chance = bayes.answered(models, model, mood, as_floats(belief), signal)
     surprise = max(0.0, -math.log(max(chance, IMPOSSIBLE)))
     return Answered(after, surprise, impossible=chance < IMPOSSIBLE)
 
 
 def replayed(
-    models: ModelSet, model: int, slots: Ints, signals: Ints
+    models: ModelSet,
+    model: int,
+    slots: Ints,
+    signals: Ints,
+    moods: Ints | None = None,
 ) -> tuple[int, Floats]:
     """Rebuild one item's belief from the log of its plays.
 
@@ -98,15 +114,19 @@ def replayed(
         model: row of the item's model.
         slots: (P,) slots in which it was played, ascending.
         signals: (P,) see `answered`.
+        moods: (P,) class of the mood in which each play was; None: 0, of all.
 
     Returns:
         The slot after the last play, and the (S,) belief in it. Without plays: slot 0
         and the prior.
     """
-    return bayes.replayed(models, model, as_ints(slots), as_ints(signals))
+    known = np.zeros(len(slots), dtype=np.int64) if moods is None else as_ints(moods)
+    return bayes.replayed(models, model, as_ints(slots), as_ints(signals), known)
 
 
-def forecast(models: ModelSet, model: int, belief: Floats, slots: int) -> Floats:
+def forecast(
+    models: ModelSet, model: int, belief: Floats, slots: int, mood: int = 0
+) -> Floats:
     """Return (slots,): the expected reward after 1, 2, ... further slots of rest.
 
     Args:
@@ -114,5 +134,6 @@ def forecast(models: ModelSet, model: int, belief: Floats, slots: int) -> Floats
         model: row of the item's model.
         belief: (S,) now.
         slots: length of the forecast.
+        mood: class of the mood that lasts.
     """
-    return bayes.forecast(models, model, as_floats(belief), slots)
+    return bayes.forecast(models, model, as_floats(belief), slots, mood)

@@ -81,6 +81,10 @@ class ExactRollout:
     leaf "lagrangian" has a slot followed to its end. Where that would have too many
     futures, items are scored by their Lagrangian advantage.
 
+    Where models have a mood, every play on a path earns and is answered in the mood
+    that the answers before it have led to. The base ranks items, and the leaf values
+    them, as in their mean mood.
+
     Attributes:
         base: policies followed after the first plays; of several, the best one for
             what has been answered by then.
@@ -175,9 +179,8 @@ class ExactRollout:
 
 def _next_reward(models: ModelSet) -> Floats:
     """Return (M,): the reward that no item can exceed in the next slot."""
-    after = np.maximum(
-        models.play @ models.like[..., None], models.rest @ models.like[..., None]
-    )
+    like = models.like_in.reshape(-1, models.classes, models.like.shape[1]).max(axis=1)
+    after = np.maximum(models.play @ like[..., None], models.rest @ like[..., None])
     most: Floats = after[..., 0].max(axis=1, initial=0.0)
     return most
 
@@ -240,7 +243,7 @@ def _scores(
         alike,
         imagined.scores,
         plan.leaf,
-        Now(plays, now.model, now.belief),
+        Now(plays, now.model, now.belief, now.mood, now.resumed),
         plan.levels,
         plan.discount,
     )

@@ -24,9 +24,12 @@ from policies.tree import (
     Tree,
     answer,
     excess,
+    feel,
     follow,
     left,
+    liked,
     pass_slot,
+    reward_of,
     touch,
 )
 
@@ -37,7 +40,7 @@ class Ceiling(NamedTuple):
     """What no item of a model can exceed, by any plays and answers.
 
     Attributes:
-        reward: (M,) expected reward in the next slot.
+        reward: (M,) expected reward in the next slot, in any mood.
         leaf: (M,) worth of playing for ever.
     """
 
@@ -49,7 +52,8 @@ class Shared(NamedTuple):
     """What the bases earn if the candidate is not played again.
 
     Attributes:
-        value: (B,).
+        value: (W, B), by the mood that the candidate's answer leads to: W is 2, row 1
+            after a like; or 1 where there are no moods.
         lowest: (B, T + 1) see `Tree`.
         used: (B, G) see `Tree`.
         most: (T + 2,) more than which nothing can earn from a level on; infinite where
@@ -97,12 +101,15 @@ def first_plays(tree: Tree, depth: int, ceiling: Ceiling, prune: bool) -> Floats
 @compiled
 def _shared(tree: Tree, depth: int, ceiling: Ceiling) -> Shared:
     """Follow the bases from level 1 as if nothing were played at level 0."""
-    value = np.zeros(tree.bases)
+    value = np.zeros((2 if tree.moves.classes > 1 else 1, tree.bases))
     if depth == 1:
         tree.level[0].played = -1
         pass_slot(tree, 0)
-        for b in range(len(value)):
-            value[b] = follow(tree, b, variable(1))
+        for way in range(len(value)):
+            if len(value) > 1:
+                feel(tree, 0, way)
+            for b in range(tree.bases):
+                value[way, b] = follow(tree, b, variable(1))
     return Shared(value, tree.lowest.copy(), tree.used.copy(), _most(tree, ceiling))
 
 
@@ -117,7 +124,11 @@ def _most(tree: Tree, ceiling: Ceiling) -> Floats:
         leaf = max(leaf, ceiling.leaf[tree.item[k].model])
     for g in range(len(tree.group)):
         m = tree.group[g]
-        reward = max(reward, ceiling.reward[m], tree.schedule.like[0, g])
+        reward = max(reward, ceiling.reward[m])
+        for mood in range(tree.moves.classes):  # of another play in this slot
+            chances = m * tree.moves.classes + mood
+            now = like_chance(tree.moves.like, chances, tree.schedule.belief, g)
+            reward = max(reward, now)
         leaf = max(leaf, ceiling.leaf[m])
     most[end] = tree.level[end].power * leaf if tree.leaf != NO_LEAF else 0.0
     for h in range(end - 1, -1, -1):
@@ -136,7 +147,7 @@ def _first_play(
     """
     before, exact = tree.level[0].touched, True
     touch(tree, 0, g)
-    total = tree.schedule.like[0, g]
+    total = tree.schedule.reward[g]
     pass_slot(tree, 0)
     for signal in range(tree.moves.signals[tree.group[g]]):
         chance = answer(tree, 0, signal)
@@ -148,8 +159,9 @@ def _first_play(
             future = shared.most[1]
             if bounded == 0:
                 future = _best(tree, variable(1), depth, shared.most)
-        for b in range(len(shared.value) if depth == 1 else 0):
-            apart, value = _apart(tree, b, g, shared)
+        way = liked(tree, tree.group[g], signal) if len(shared.value) > 1 else 0
+        for b in range(tree.bases if depth == 1 else 0):
+            apart, value = _apart(tree, b, g, way, shared)
             if not apart:
                 exact = exact and bounded == 0
                 value = shared.most[1] if bounded == 1 else follow(tree, b, variable(1))
@@ -160,10 +172,11 @@ def _first_play(
 
 
 @inner
-def _apart(tree: Tree, b: int, g: int, shared: Shared) -> tuple[bool, float]:
+def _apart(tree: Tree, b: int, g: int, way: int, shared: Shared) -> tuple[bool, float]:
     """Say whether base b never plays the candidate again, and what it earns then.
 
-    The candidate, of group g, has been answered; from level 1 on it rests.
+    The candidate, of group g, has been answered; from level 1 on it rests. `way` is the
+    row of what is shared.
     """
     if shared.used[b, g] >= tree.size[g]:
         return False, 0.0
@@ -180,7 +193,7 @@ def _apart(tree: Tree, b: int, g: int, shared: Shared) -> tuple[bool, float]:
         if score >= shared.lowest[b, h]:
             return False, 0.0
     own = tree.level[end].power * excess(tree, end, k) if tree.leaf == SUM_LEAF else 0.0
-    return True, shared.value[b] + own
+    return True, shared.value[way, b] + own
 
 
 @inner
@@ -204,9 +217,8 @@ def _best(tree: Tree, h: int, depth: int, most: Floats) -> float:
     for choice in range(total + before):
         if not _take(tree, h, choice):
             continue
-        k = tree.level[h].played
-        at, m = h * len(tree.item) + k, tree.item[k].model
-        worth = tree.level[h].power * like_chance(tree.moves.like, m, tree.belief, at)
+        m = tree.item[tree.level[h].played].model
+        worth = tree.level[h].power * reward_of(tree, h)
         if worth + most[h + 1] >= best:
             pass_slot(tree, h)
             for signal in range(tree.moves.signals[m]):

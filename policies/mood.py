@@ -16,6 +16,7 @@ from policies.compiled import compiled, inner
 
 MOST_ANSWERS = 4
 MOST_LEVELS = 16
+LIKED = 0.5  # a signal worth this much is a like
 NONE = -1
 
 
@@ -31,6 +32,25 @@ class MoodState(NamedTuple):
     recent: int = 1
     told: int = 0
     tendency: float = 0.5
+
+
+NEUTRAL = MoodState()
+
+
+class Rule(NamedTuple):
+    """How answers make a mood, as compiled code takes it; see `Mood`.
+
+    Attributes:
+        answers: how many of the last ones are told apart.
+        weight: least weight of an answer in the tendency.
+        levels: (L,) bounds between classes of the tendency.
+        pauses: whether a play after a pause finds a mood of its own.
+    """
+
+    answers: int
+    weight: float
+    levels: Floats
+    pauses: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +104,19 @@ class Mood:
             waited_s: seconds since the last play; None: it is the first, or nobody
                 knows.
         """
-        levels, paused = as_floats(self.levels), self.pause_s is not None
-        resumed = paused and waited_s is not None and waited_s > (self.pause_s or 0.0)
-        return int(_class_of(*state, levels, paused, resumed))
+        return int(class_of(self.rule, state, self.resumed(waited_s)))
+
+    def resumed(self, waited_s: float | None) -> bool:
+        """Say whether a play so many seconds after the last one comes after a pause."""
+        return (
+            self.pause_s is not None
+            and waited_s is not None
+            and waited_s > self.pause_s
+        )
 
     def after(self, state: MoodState, liked: int) -> MoodState:
         """Return what follows an answer: 1 a like, 0 another, NONE none."""
-        return MoodState(*_after(*state, liked, self.answers, self._weight))
+        return MoodState(*next_state(self.rule, state, liked))
 
     def along(self, first: Ints, liked: Ints, seconds: Floats | None) -> Ints:
         """Return (P,): the class of the mood before each play of a log.
@@ -102,71 +128,64 @@ class Mood:
         """
         known = seconds is not None
         return _along(
+            self.rule,
             as_ints(first),
             as_ints(liked),
             as_floats(seconds if seconds is not None else np.empty(0)),
-            self.answers,
-            self._weight,
-            as_floats(self.levels),
-            self.pause_s is not None,
             self.pause_s if known and self.pause_s is not None else np.inf,
         )
 
     @property
-    def _weight(self) -> float:
-        """Return the least weight of an answer in the tendency."""
-        return 0.0 if self.memory is None else 1.0 / self.memory
+    def rule(self) -> Rule:
+        """Return what compiled code needs of it."""
+        return Rule(
+            int(self.answers),
+            0.0 if self.memory is None else 1.0 / self.memory,
+            as_floats(self.levels),
+            self.pause_s is not None,
+        )
+
+
+NO_RULE = Mood(answers=0, memory=None, levels=(), pause_s=None).rule
 
 
 @inner
-def _class_of(
-    recent: int, _told: int, tendency: float, levels: Floats, paused: bool, resumed: bool
-) -> int:
+def class_of(rule: Rule, state: MoodState, resumed: bool) -> int:
+    """Return the class of a mood; see `Mood.of`."""
     level = 0
-    while level < len(levels) and tendency >= levels[level]:
+    while level < len(rule.levels) and state.tendency >= rule.levels[level]:
         level += 1
-    found = (recent - 1) * (len(levels) + 1) + level
-    return found * 2 + int(resumed) if paused else found
+    found = (state.recent - 1) * (len(rule.levels) + 1) + level
+    return found * 2 + int(resumed) if rule.pauses else found
 
 
 @inner
-def _after(
-    recent: int, told: int, tendency: float, liked: int, answers: int, weight: float
-) -> tuple[int, int, float]:
+def next_state(rule: Rule, state: MoodState, liked: int) -> MoodState:
+    """Return what follows an answer; see `Mood.after`."""
     if liked < 0:
-        return recent, told, tendency
-    recent = recent * 2 + liked
-    while recent >= 2 << answers:  # the earliest answer is forgotten
-        top = 1
-        while top * 2 <= recent:
-            top *= 2
-        recent = (recent - top) % (1 << answers) + (1 << answers)
-    step = max(1.0 / (told + 2.0), weight)  # at first, one answer half liked
-    return recent, told + 1, tendency + step * (liked - tendency)
+        return state
+    recent = state.recent * 2 + liked
+    if recent >= 2 << rule.answers:  # the earliest answer is forgotten
+        recent = recent % (1 << rule.answers) + (1 << rule.answers)
+    # At first, one answer half liked.
+    step = max(1.0 / (state.told + 2.0), rule.weight)
+    tendency = state.tendency + step * (liked - state.tendency)
+    return MoodState(recent, state.told + 1, tendency)
 
 
 @compiled
 def _along(
-    first: Ints,
-    liked: Ints,
-    seconds: Floats,
-    answers: int,
-    weight: float,
-    levels: Floats,
-    paused: bool,
-    pause: float,
+    rule: Rule, first: Ints, liked: Ints, seconds: Floats, pause: float
 ) -> Ints:
     found = np.empty(len(liked), dtype=np.int64)
     for u in range(len(first) - 1):
-        recent, told, tendency = 1, 0, 0.5
+        state = MoodState(1, 0, 0.5)
         for p in range(first[u], first[u + 1]):
             resumed = (
                 pause < np.inf
                 and p > first[u]
                 and seconds[p] - seconds[p - 1] > pause
             )
-            found[p] = _class_of(recent, told, tendency, levels, paused, resumed)
-            recent, told, tendency = _after(
-                recent, told, tendency, liked[p], answers, weight
-            )
+            found[p] = class_of(rule, state, resumed)
+            state = next_state(rule, state, liked[p])
     return found

@@ -7,18 +7,21 @@ import numpy as np
 from policies.arrays import Floats, Ints
 from policies.compiled import inner
 from policies.model_set import ModelSet
+from policies.mood import Rule
 
 
 class Moves(NamedTuple):
-    """M models of S states and K signals.
+    """M models of S states and K signals, in C moods.
 
     Attributes:
-        like: (M, S), expected reward.
+        like: (M C, S), expected reward; model m in mood c in row m C + c.
         rest: (M, S, S), P0.
-        observe: (M, K, S), chance of each signal by state.
-        told: (M, K, S, S): a signal and a move by a play, O(i, y) P1(i, j).
+        observe: (M C, K, S), chance of each signal by state.
+        told: (M C, K, S, S): a signal and a move by a play, O(i, y) P1(i, j).
         reward: (M, K), worth of each signal.
         signals: (M,) number of signals.
+        classes: C.
+        rule: by which answers make a mood.
     """
 
     like: Floats
@@ -27,26 +30,39 @@ class Moves(NamedTuple):
     told: Floats
     reward: Floats
     signals: Ints
+    classes: int
+    rule: Rule
 
 
 def moves(models: ModelSet) -> Moves:
     """Multiply chances of signals and moves."""
-    told = models.observe[..., None] * models.play[:, None]
+    play = np.repeat(models.play, models.classes, axis=0)
+    told = models.observe_in[..., None] * play[:, None]
     return Moves(
-        models.like,
+        models.like_in,
         models.rest,
-        models.observe,
+        models.observe_in,
         np.ascontiguousarray(told),
         models.reward,
         models.signals,
+        models.classes,
+        models.rule,
     )
 
 
 @inner
 def tell(
-    moves: Moves, m: int, signal: int, belief: Floats, row: int, after: Floats, to: int
+    moves: Moves,
+    chances: int,
+    signal: int,
+    belief: Floats,
+    row: int,
+    after: Floats,
+    to: int,
 ) -> float:
-    """Write the belief after a play of model m and its signal into after[to].
+    """Write the belief after a play and its signal into after[to].
+
+    `chances` is the row of the model in the mood of the play.
 
     Returns the chance of the signal; if that is 0, nothing sensible is written.
     """
@@ -54,7 +70,7 @@ def tell(
     for j in range(belief.shape[1]):
         weight = 0.0
         for i in range(belief.shape[1]):
-            weight += belief[row, i] * moves.told[m, signal, i, j]
+            weight += belief[row, i] * moves.told[chances, signal, i, j]
         after[to, j] = weight
         chance += weight
     for j in range(belief.shape[1]):

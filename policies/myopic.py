@@ -16,7 +16,7 @@ from policies.tables import Tables
 
 @dataclass(frozen=True, slots=True)
 class Myopic:
-    """Scores an item by its chance of a like in this slot, r(pi)."""
+    """Scores an item by its chance of a like in this slot, r(pi), in this mood."""
 
     rest_matters: ClassVar[bool] = False
     is_index: ClassVar[bool] = True
@@ -31,4 +31,6 @@ class Myopic:
         return 2.0 + 0.01 * len(situation.model)
 
     def _scores(self, situation: Situation, _seed: int) -> Floats:
-        return expected_like(situation.models, situation.model, situation.belief)
+        return expected_like(
+            situation.models, situation.model, situation.belief, situation.mood_class
+        )

@@ -23,39 +23,52 @@ class Schedule(NamedTuple):
 
     Attributes:
         belief: (T * G, S), slot by slot.
-        like: (T, G) expected reward.
+        reward: (G,) expected in the first slot, in the mood of the next play.
         score: (B * T, G), base by base.
         order: (B * T, R) the R best groups, best first, ties by row.
+        slots: T.
     """
 
     belief: Floats
-    like: Floats
+    reward: Floats
     score: Floats
     order: Ints
+    slots: int
 
 
 @compiled
 def scheduled(
-    moves: Moves, groups: Groups, index: Index, bases: int, slots: int, places: int
+    moves: Moves,
+    groups: Groups,
+    index: Index,
+    bases: int,
+    slots: int,
+    places: int,
+    mood: int,
 ) -> Schedule:
-    """Let all groups rest for some slots, and rank as many places as may be needed."""
+    """Let all groups rest for some slots, and rank as many places as may be needed.
+
+    They are ranked as they are in their mean mood.
+    """
     total, states = len(groups.model), groups.belief.shape[1]
     schedule = Schedule(
         np.empty((slots * total, states)),
-        np.empty((slots, total)),
+        np.empty(total),
         np.empty((bases * slots, total)),
         np.empty((bases * slots, min(places, total)), dtype=np.int64),
+        slots,
     )
     corners = grid.corners(states)
     for g in range(total):
         for i in range(states):
             schedule.belief[g, i] = groups.belief[g, i]
+        chances = groups.model[g] * moves.classes + mood
+        schedule.reward[g] = like_chance(moves.like, chances, schedule.belief, g)
     for slot in range(slots):
         for g in range(total):
             m, row = groups.model[g], slot * total + g
             if slot > 0:
                 move(moves.rest, m, schedule.belief, row - total, schedule.belief, row)
-            schedule.like[slot, g] = like_chance(moves.like, m, schedule.belief, row)
             rested = float(groups.rested[g] + slot)
             for b in range(bases):
                 schedule.score[b * slots + slot, g] = value_of(

@@ -3,6 +3,10 @@
 A base that breaks ties by rule makes one play at each node, and each signal leads to
 one child: H plays have K^H futures. The items played on the way to a node are its
 touched ones; all others follow the schedule. A level is one play; a slot has M of them.
+
+The mood of a node is known: it follows from the present one and the answers on the way.
+Rewards and answers are those of that mood. Bases rank items, and leaves are worth, as
+in the mean mood: a base is any policy, and what follows from its plays is exact.
 """
 
 from typing import NamedTuple
@@ -16,6 +20,7 @@ from policies.bayes import IMPOSSIBLE, like_chance, move
 from policies.compiled import compiled, inner
 from policies.groups import Groups
 from policies.index import Index, value_of
+from policies.mood import LIKED, MoodState, class_of, next_state
 from policies.moves import Moves, tell
 from policies.schedule import Schedule, scheduled
 from policies.situation import Situation
@@ -33,6 +38,10 @@ LEVEL = np.dtype(
         ("played", np.int64),  # which of them is played
         ("signal", np.int64),  # the answer that is being followed
         ("chance", np.float64),  # of coming here from where the tree is followed from
+        ("recent", np.int64),  # see `MoodState`
+        ("told", np.int64),
+        ("tendency", np.float64),
+        ("mood", np.int64),  # the class of it
     ]
 )
 ITEM = np.dtype(
@@ -51,17 +60,22 @@ class Now(NamedTuple):
         plays: M.
         model: (C,) of the items chosen already.
         belief: (C, S) of them.
+        mood: of the user.
+        resumed: whether it is that of a play after a pause.
     """
 
     plays: int
     model: Ints
     belief: Floats
+    mood: MoodState
+    resumed: bool
 
 
 def now_of(situation: Situation) -> Now:
     """Return what the slot of a situation plays."""
     slate = situation.slate
-    return Now(slate.plays, slate.model, slate.belief)
+    mood, resumed = situation.mood, situation.resumed
+    return Now(slate.plays, slate.model, slate.belief, mood, resumed)
 
 
 class Tree(NamedTuple):
@@ -123,6 +137,8 @@ def planted(
         level[h].slot = (chosen + h) // now.plays
         level[h].power = discount ** level[h].slot
         level[h].touched = chosen
+    if moves.classes > 1:
+        _enter(moves, level, 0, now.mood, now.resumed)
     item = np.zeros(room, dtype=ITEM)
     belief = np.zeros(((levels + 1) * room, states))
     for k in range(chosen):
@@ -130,7 +146,7 @@ def planted(
         item[k].group, item[k].model = CHOSEN, m
         for signal in range(moves.signals[m]):
             for i in range(states):
-                belief[k] += now.belief[k, i] * moves.told[m, signal, i]
+                belief[k] += now.belief[k, i] * moves.told[m * moves.classes, signal, i]
     return Tree(
         moves,
         index,
@@ -139,7 +155,7 @@ def planted(
         np.zeros(1),
         groups.model,
         groups.size,
-        scheduled(moves, groups, index, bases, slots, levels + 1),
+        scheduled(moves, groups, index, bases, slots, levels + 1, level[0].mood),
         grid.corners(states),
         level,
         item,
@@ -225,10 +241,57 @@ def pass_slot(tree: Tree, h: int) -> None:
 
 @inner
 def answer(tree: Tree, h: int, signal: int) -> float:
-    """Move the item played at level h on by a signal; return the chance of that."""
+    """Move the item played at level h on by a signal; return the chance of that.
+
+    The mood moves, too.
+    """
     room, k = len(tree.item), tree.level[h].played
     at, m = h * room + k, tree.item[k].model
-    return tell(tree.moves, m, signal, tree.belief, at, tree.belief, at + room)
+    chances = chances_of(tree, h, m)
+    if tree.moves.classes > 1:
+        feel(tree, h, liked(tree, m, signal))
+    return tell(tree.moves, chances, signal, tree.belief, at, tree.belief, at + room)
+
+
+@inner
+def chances_of(tree: Tree, h: int, m: int) -> int:
+    """Return the row of model m's chances in the mood of level h."""
+    return int(m * tree.moves.classes + tree.level[h].mood)
+
+
+@inner
+def reward_of(tree: Tree, h: int) -> float:
+    """Return the expected reward of what is played at level h."""
+    k = tree.level[h].played
+    at, chances = h * len(tree.item) + k, chances_of(tree, h, tree.item[k].model)
+    return like_chance(tree.moves.like, chances, tree.belief, at)
+
+
+@inner
+def liked(tree: Tree, m: int, signal: int) -> int:
+    """Return 1 if a signal of model m is a like, else 0."""
+    return int(tree.moves.reward[m, signal] >= LIKED)
+
+
+@inner
+def feel(tree: Tree, h: int, liked: int) -> None:
+    """Let the mood of level h + 1 follow from an answer at level h.
+
+    Imagined plays follow each other at once, without a pause.
+    """
+    here = tree.level[h]
+    before = MoodState(here.recent, here.told, here.tendency)
+    after = next_state(tree.moves.rule, before, liked)
+    _enter(tree.moves, tree.level, h + 1, after, False)
+
+
+@inner
+def _enter(
+    moves: Moves, level: NDArray[np.void], h: int, state: MoodState, resumed: bool
+) -> None:
+    level[h].recent, level[h].told = state.recent, state.told
+    level[h].tendency = state.tendency
+    level[h].mood = class_of(moves.rule, state, resumed)
 
 
 @inner
@@ -238,7 +301,7 @@ def play_base(tree: Tree, b: int, h: int) -> float:
     Ties: the lowest group, untouched before touched, the first touched.
     """
     slot = tree.level[h].slot
-    ranked = b * len(tree.schedule.like) + slot
+    ranked = b * tree.schedule.slots + slot
     row, best, score = len(tree.group), -1, -np.inf
     for rank in range(tree.schedule.order.shape[1]):
         g = tree.schedule.order[ranked, rank]
@@ -300,7 +363,7 @@ def _visit(tree: Tree, b: int, h: int) -> float:
     if h + 1 < end or tree.leaf != NO_LEAF:
         pass_slot(tree, h)
         tree.level[h].signal = -1
-    return like_chance(tree.moves.like, m, tree.belief, at)
+    return reward_of(tree, h)
 
 
 @inner

@@ -31,6 +31,7 @@ import numpy as np
 
 from policies.arrays import Floats
 from policies.indifference import Search, subsidies
+from policies.lift import lifted
 from policies.model_set import ModelSet
 from policies.parameters import Bounds, check
 from policies.policy import Scorer
@@ -43,6 +44,8 @@ MOST_DRAWS = 1_000_000  # of one item's answers, over all steps: milliseconds
 @dataclass(frozen=True, slots=True)
 class WhittleMC:
     """Scores an item by the paper's Monte Carlo estimate of its Whittle index.
+
+    It is of the mean mood; what the present mood adds to the reward is added to it.
 
     Attributes:
         horizon: H.
@@ -86,8 +89,9 @@ class WhittleMC:
                 f" {MOST_DRAWS}, not {draws}"
             )
 
-    def prepare(self, _models: ModelSet, _tables: Tables) -> Scorer:
-        """Return the scorer; the models need no preparation."""
+    def prepare(self, models: ModelSet, _tables: Tables) -> Scorer:
+        """Return the scorer; nothing has to be computed."""
+        averaged = models.averaged()
         search = Search(
             np.float64(self.discount) ** np.arange(self.horizon),
             self.trajectories,
@@ -97,9 +101,10 @@ class WhittleMC:
         )
 
         def scores(situation: Situation, seed: int) -> Floats:
-            return subsidies(
-                situation.models, situation.model, situation.belief, search, seed
+            found = subsidies(
+                averaged, situation.model, situation.belief, search, seed
             )
+            return lifted(found, situation)
 
         return scores
 

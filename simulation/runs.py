@@ -243,7 +243,7 @@ def _pass_slot(
         row = w * size + r
         m = runs.model[row]
         if row == played:
-            learn(models, m, belief, row, signal, spare, 0)
+            learn(models, m, 0, belief, row, signal, spare, 0)
         else:
             move(models.rest, m, belief, row, spare, 0)
         for i in range(belief.shape[1]):

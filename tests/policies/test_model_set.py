@@ -56,7 +56,11 @@ def test_padding_changes_no_bit_of_the_powers() -> None:
 
 
 def test_all_arrays_are_plain() -> None:
-    for array in ModelSet.of(random_models(4, [2, 3])):
+    models = ModelSet.of(random_models(4, [2, 3]))
+
+    for array in (*models, models.rule.levels):
+        if not isinstance(array, np.ndarray):
+            continue
         assert array.flags.carray
         assert array.dtype in (np.float64, np.int64)
 
