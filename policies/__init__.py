@@ -20,7 +20,7 @@ from policies.choice import Choice, Mixture, choose
 from policies.index_table import MOST_DISCOUNT, IndexTable, build
 from policies.model import NO_ANSWER, InvalidModel, Model, Signals
 from policies.model_set import ModelSet, mood_of
-from policies.mood import LIKED, Mood, MoodState
+from policies.mood import LIKED, NEUTRAL, Mood, MoodState
 from policies.parameters import Bounds, Parameter, parameters
 from policies.policy import Policy, Scorer
 from policies.ready import ready
@@ -35,6 +35,7 @@ __all__ = [
     "LIKED",
     "MOST_DISCOUNT",
     "MOST_SURPRISE",
+    "NEUTRAL",
     "NEVER",
     "NONE",
     "NO_ANSWER",

@@ -155,9 +155,7 @@ def replayed(
 
 
 @compiled
-def forecast(
-    models: ModelSet, m: int, belief: Floats, slots: int, mood: int
-) -> Floats:
+def forecast(models: ModelSet, m: int, belief: Floats, slots: int, mood: int) -> Floats:
     """See `belief.forecast`."""
     beliefs = np.empty((slots + 1, len(belief)))
     beliefs[0] = belief

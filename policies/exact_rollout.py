@@ -179,8 +179,8 @@ class ExactRollout:
 
 def _next_reward(models: ModelSet) -> Floats:
     """Return (M,): the reward that no item can exceed in the next slot."""
-    like = models.like_in.reshape(-1, models.classes, models.like.shape[1]).max(axis=1)
-    after = np.maximum(models.play @ like[..., None], models.rest @ like[..., None])
+    like = models.most_like[..., None]
+    after = np.maximum(models.play @ like, models.rest @ like)
     most: Floats = after[..., 0].max(axis=1, initial=0.0)
     return most
 

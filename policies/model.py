@@ -196,7 +196,9 @@ def _in_moods(
     if mood is None:
         return check(field, values, shape)[None]
     given = _numbers(field, values, (mood.classes, *shape))
-    return np.stack([check(f"{field}[{c}]", each, shape) for c, each in enumerate(given)])
+    return np.stack(
+        [check(f"{field}[{c}]", each, shape) for c, each in enumerate(given)]
+    )
 
 
 def _shared(shares: ArrayLike, mood: Mood | None) -> Floats:
@@ -206,7 +208,7 @@ def _shared(shares: ArrayLike, mood: Mood | None) -> Floats:
 
 
 def _mean(values: Floats, shares: Floats) -> Floats:
-    """Return the mean of (C, ...) chances by shares; of equal ones, those to the bit."""
+    """Return the mean of (C, ...) chances by shares; of equal ones, exactly those."""
     first = values[0]
     mean: Floats = np.clip(first + np.tensordot(shares, values - first, 1), 0.0, 1.0)
     return mean

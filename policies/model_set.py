@@ -8,7 +8,16 @@ import numpy as np
 from policies.arrays import Floats, Ints
 from policies.compiled import compiled
 from policies.model import InvalidModel, Model
-from policies.mood import NO_RULE, Mood, Rule
+from policies.mood import (
+    LIKED,
+    NO_RULE,
+    NONE,
+    Mood,
+    MoodState,
+    Rule,
+    class_of,
+    next_state,
+)
 
 LEVELS = 41  # rests of up to 2^41 - 1 slots
 
@@ -79,6 +88,29 @@ class ModelSet(NamedTuple):
         return self._replace(
             classes=1, rule=NO_RULE, like_in=self.like, observe_in=self.observe
         )
+
+    @property
+    def most_like(self) -> Floats:
+        """(M, S): the greatest expected reward in any mood."""
+        shape = (len(self.like), self.classes, self.like.shape[1])
+        most: Floats = self.like_in.reshape(shape).max(axis=1)
+        return most
+
+    def mood_class(self, state: MoodState, resumed: bool) -> int:
+        """Return the class of a mood, 0 to C - 1.
+
+        Args:
+            state: what it follows from.
+            resumed: whether a play comes after a pause.
+        """
+        return 0 if self.classes == 1 else class_of(self.rule, state, resumed)
+
+    def mood_after(self, state: MoodState, m: int, signal: int) -> MoodState:
+        """Return what a mood follows from after a signal of model m, NONE if none."""
+        if self.classes == 1 or signal == NONE:
+            return state
+        liked = int(self.reward[m, signal] >= LIKED)
+        return MoodState(*next_state(self.rule, state, liked))
 
     def separated(self) -> "ModelSet":
         """Return all samples as models of their own: of row 0, of row 1, and so on.

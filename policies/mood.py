@@ -1,4 +1,4 @@
-"""The user's mood: a small class of the last answers, whatever items they were given to.
+"""The user's mood: a small class of the last answers, whatever items they were for.
 
 What a user just liked or skipped tells of the next play of any item. A mood is known,
 not hidden: like chances are given by state and mood, and since each answer leads to one
@@ -53,6 +53,30 @@ class Rule(NamedTuple):
     pauses: bool
 
 
+@inner
+def class_of(rule: Rule, state: MoodState, resumed: bool) -> int:
+    """Return the class of a mood; see `Mood.of`."""
+    level = 0
+    while level < len(rule.levels) and state.tendency >= rule.levels[level]:
+        level += 1
+    found = (state.recent - 1) * (len(rule.levels) + 1) + level
+    return found * 2 + int(resumed) if rule.pauses else found
+
+
+@inner
+def next_state(rule: Rule, state: MoodState, liked: int) -> MoodState:
+    """Return what follows an answer; see `Mood.after`."""
+    if liked < 0:
+        return state
+    recent = state.recent * 2 + liked
+    if recent >= 2 << rule.answers:  # the earliest answer is forgotten
+        recent = recent % (1 << rule.answers) + (1 << rule.answers)
+    # At first, one answer half liked.
+    step = max(1.0 / (state.told + 2.0), rule.weight)
+    tendency = state.tendency + step * (liked - state.tendency)
+    return MoodState(recent, state.told + 1, tendency)
+
+
 @dataclass(frozen=True, slots=True)
 class Mood:
     """How answers make a mood.
@@ -104,7 +128,7 @@ class Mood:
             waited_s: seconds since the last play; None: it is the first, or nobody
                 knows.
         """
-        return int(class_of(self.rule, state, self.resumed(waited_s)))
+        return class_of(self.rule, state, self.resumed(waited_s))
 
     def resumed(self, waited_s: float | None) -> bool:
         """Say whether a play so many seconds after the last one comes after a pause."""
@@ -149,42 +173,14 @@ class Mood:
 NO_RULE = Mood(answers=0, memory=None, levels=(), pause_s=None).rule
 
 
-@inner
-def class_of(rule: Rule, state: MoodState, resumed: bool) -> int:
-    """Return the class of a mood; see `Mood.of`."""
-    level = 0
-    while level < len(rule.levels) and state.tendency >= rule.levels[level]:
-        level += 1
-    found = (state.recent - 1) * (len(rule.levels) + 1) + level
-    return found * 2 + int(resumed) if rule.pauses else found
-
-
-@inner
-def next_state(rule: Rule, state: MoodState, liked: int) -> MoodState:
-    """Return what follows an answer; see `Mood.after`."""
-    if liked < 0:
-        return state
-    recent = state.recent * 2 + liked
-    if recent >= 2 << rule.answers:  # the earliest answer is forgotten
-        recent = recent % (1 << rule.answers) + (1 << rule.answers)
-    # At first, one answer half liked.
-    step = max(1.0 / (state.told + 2.0), rule.weight)
-    tendency = state.tendency + step * (liked - state.tendency)
-    return MoodState(recent, state.told + 1, tendency)
-
-
 @compiled
-def _along(
-    rule: Rule, first: Ints, liked: Ints, seconds: Floats, pause: float
-) -> Ints:
+def _along(rule: Rule, first: Ints, liked: Ints, seconds: Floats, pause: float) -> Ints:
     found = np.empty(len(liked), dtype=np.int64)
     for u in range(len(first) - 1):
         state = MoodState(1, 0, 0.5)
         for p in range(first[u], first[u + 1]):
             resumed = (
-                pause < np.inf
-                and p > first[u]
-                and seconds[p] - seconds[p - 1] > pause
+                pause < np.inf and p > first[u] and seconds[p] - seconds[p - 1] > pause
             )
             found[p] = class_of(rule, state, resumed)
             state = next_state(rule, state, liked[p])

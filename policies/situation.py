@@ -6,7 +6,7 @@ import numpy as np
 
 from policies.arrays import Floats, Ints
 from policies.model_set import ModelSet
-from policies.mood import NEUTRAL, MoodState, class_of
+from policies.mood import NEUTRAL, MoodState
 
 NEVER = 2**62
 
@@ -61,9 +61,7 @@ class Situation:
     @property
     def mood_class(self) -> int:
         """Class of the mood of the next play; 0 where models have no mood."""
-        if self.models.classes == 1:
-            return 0
-        return int(class_of(self.models.rule, self.mood, self.resumed))
+        return self.models.mood_class(self.mood, self.resumed)
 
     def check(self) -> None:
         """Check what every policy takes for granted; for tests.

@@ -101,9 +101,7 @@ class WhittleMC:
         )
 
         def scores(situation: Situation, seed: int) -> Floats:
-            found = subsidies(
-                averaged, situation.model, situation.belief, search, seed
-            )
+            found = subsidies(averaged, situation.model, situation.belief, search, seed)
             return lifted(found, situation)
 
         return scores

@@ -10,6 +10,7 @@ from hypothesis.strategies import DrawFn
 from policies import (
     NEVER,
     Floats,
+    Ints,
     Model,
     ModelSet,
     Signals,
@@ -60,6 +61,13 @@ class Instance:
 def padded(beliefs: Sequence[Floats], width: int) -> Floats:
     rows = [np.pad(belief, (0, width - len(belief))) for belief in beliefs]
     return np.array(rows).reshape(len(rows), width)
+
+
+def arrays_of(models: ModelSet) -> dict[str, Floats | Ints]:
+    found = models._asdict() | {"levels": models.rule.levels}
+    return {
+        name: array for name, array in found.items() if isinstance(array, np.ndarray)
+    }
 
 
 def situation(
