@@ -24,6 +24,7 @@ from policies.bayes import IMPOSSIBLE
 from policies.model_set import ModelSet
 
 MOST_SURPRISE = -math.log(IMPOSSIBLE)
+UNKNOWN = np.empty(0, dtype=np.int64)
 
 
 class Answered(NamedTuple):
@@ -54,13 +55,15 @@ def rested(models: ModelSet, model: Ints, belief: Floats, slots: Ints) -> Floats
     Returns:
         (K, S); a row with k = 0 is unchanged to the bit.
     """
-    return bayes.rested(models, as_ints(model), as_floats(belief), as_ints(slots))
+    powers = models.rest_powers
+    return bayes.rested(powers, as_ints(model), as_floats(belief), as_ints(slots))
 
 
 def untouched(models: ModelSet, slot: int) -> Floats:
     """Return (M, S): each model's belief at `slot` of an item never played."""
     rows = np.arange(len(models.states))
-    return bayes.rested(models, rows, models.prior, np.full(len(rows), slot))
+    waited = np.full(len(rows), slot)
+    return bayes.rested(models.rest_powers, rows, models.prior, waited)
 
 
 def expected_like(
@@ -95,7 +98,10 @@ def answered(
             NONE.
         mood: class of the mood in which it was played.
     """
-    after, chance = bayes.answered(models, model, mood, as_floats(belief), signal)
+    row, now = model * models.classes + mood, as_floats(belief)
+    after, chance = bayes.answered(
+        models.observe_in, row, models.play, model, now, signal
+    )
     surprise = max(0.0, -math.log(max(chance, IMPOSSIBLE)))
     return Answered(after, surprise, impossible=chance < IMPOSSIBLE)
 
@@ -120,7 +126,7 @@ def replayed(
         The slot after the last play, and the (S,) belief in it. Without plays: slot 0
         and the prior.
     """
-    known = np.zeros(len(slots), dtype=np.int64) if moods is None else as_ints(moods)
+    known = UNKNOWN if moods is None else as_ints(moods)
     return bayes.replayed(models, model, as_ints(slots), as_ints(signals), known)
 
 
@@ -136,4 +142,7 @@ def forecast(
         slots: length of the forecast.
         mood: class of the mood that lasts.
     """
-    return bayes.forecast(models, model, as_floats(belief), slots, mood)
+    row = model * models.classes + mood
+    return bayes.forecast(
+        models.rest, model, models.like_in, row, as_floats(belief), slots
+    )

@@ -150,9 +150,8 @@ def _ahead(
     alike, _ = distinct(groups_of(situation), False)
     now, items = now_of(situation), int(alike.size.sum())
     plays = min(now.plays, items)
-    present = now._replace(plays=plays)
     tried = depth * plays  # in the last slot, too, all items stand at its end
-    tree = planted(steps, alike, worth, SUM_LEAF, present, tried, discount)
+    tree = planted(steps, alike, worth, SUM_LEAF, now, tried, discount)
     paid = price * (items - plays) / (1 - discount)
     tree.constant[0] = sum_at_rest(tree) - paid
     if depth == 0:

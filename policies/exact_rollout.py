@@ -236,18 +236,11 @@ def _scores(
     if len(scores) == 0:
         return scores
     alike, row = distinct(groups, plan.by_rest)
-    items = alike.size.sum() + len(now.model)
-    plays = min(now.plays, items)
-    tree = planted(
-        steps,
-        alike,
-        imagined.scores,
-        plan.leaf,
-        Now(plays, now.model, now.belief, now.mood, now.resumed),
-        plan.levels,
-        plan.discount,
-    )
+    index, levels = imagined.scores, plan.levels
+    tree = planted(steps, alike, index, plan.leaf, now, levels, plan.discount)
     if plan.leaf == SUM_LEAF:
+        items = alike.size.sum() + len(now.model)
+        plays = min(now.plays, items)
         paid = imagined.price * (items - plays) / (1 - plan.discount)
         tree.constant[0] = sum_at_rest(tree) - paid
     found = first_plays(tree, plan.depth, plan.ceiling, plan.prune)

@@ -6,7 +6,7 @@ the mood lasts for one play, and leaves out what the answer does to later moods.
 """
 
 from policies.arrays import Floats
-from policies.belief import expected_like
+from policies.bayes import expected_like
 from policies.situation import Situation
 
 
@@ -15,7 +15,7 @@ def lifted(scores: Floats, situation: Situation) -> Floats:
     models = situation.models
     if models.classes == 1:
         return scores
-    model, belief = situation.model, situation.belief
-    now = expected_like(models, model, belief, situation.mood_class)
-    usual = expected_like(models.averaged(), model, belief)
+    rows = situation.model * models.classes + situation.mood_class
+    now = expected_like(models.like_in, rows, situation.belief)
+    usual = expected_like(models.like, situation.model, situation.belief)
     return scores + (now - usual)

@@ -107,7 +107,7 @@ def _shared(tree: Tree, depth: int, ceiling: Ceiling) -> Shared:
         pass_slot(tree, 0)
         for way in range(len(value)):
             if len(value) > 1:
-                feel(tree, 0, way)
+                feel(tree.moves.rule, tree.level, 0, way)
             for b in range(tree.bases):
                 value[way, b] = follow(tree, b, variable(1))
     return Shared(value, tree.lowest.copy(), tree.used.copy(), _most(tree, ceiling))

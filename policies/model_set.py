@@ -49,7 +49,7 @@ class ModelSet(NamedTuple):
         signals: (M,) number of signals of each model before padding.
         samples: (M,) number of samples of each model; 1 if it has none.
         classes: C, number of moods; 1 if no model has a mood.
-        rule: by which answers make a mood.
+        rule: by which answers make a mood, see `mood`.
         like_in: (M C, S) `like` by mood, model m in mood c in row m C + c; where C is
             1, this is `like`.
         observe_in: (M C, K, S) `observe` by mood, in the same rows.
@@ -80,14 +80,6 @@ class ModelSet(NamedTuple):
         mood = mood_of(models)
         classes, rule = (1, NO_RULE) if mood is None else (mood.classes, mood.rule)
         return _stacked([_chain(model) for model in models], classes, rule)
-
-    def averaged(self) -> "ModelSet":
-        """Return the models in their mean mood: where one number a state is needed."""
-        if self.classes == 1:
-            return self
-        return self._replace(
-            classes=1, rule=NO_RULE, like_in=self.like, observe_in=self.observe
-        )
 
     @property
     def most_like(self) -> Floats:

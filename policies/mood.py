@@ -7,7 +7,7 @@ next mood, plans know it at every node of the tree of answers.
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -37,30 +37,21 @@ class MoodState(NamedTuple):
 NEUTRAL = MoodState()
 
 
-class Rule(NamedTuple):
-    """How answers make a mood, as compiled code takes it; see `Mood`.
-
-    Attributes:
-        answers: how many of the last ones are told apart.
-        weight: least weight of an answer in the tendency.
-        levels: (L,) bounds between classes of the tendency.
-        pauses: whether a play after a pause finds a mood of its own.
-    """
-
-    answers: int
-    weight: float
-    levels: Floats
-    pauses: bool
+# How answers make a mood, as compiled code takes it, quickly: one array. The answers
+# told apart, the least weight of one in the tendency, whether a play after a pause has
+# a mood of its own, and the levels.
+Rule: TypeAlias = Floats
+ANSWERS, WEIGHT, PAUSES, LEVELS = 0, 1, 2, 3
 
 
 @inner
 def class_of(rule: Rule, state: MoodState, resumed: bool) -> int:
     """Return the class of a mood; see `Mood.of`."""
-    level = 0
-    while level < len(rule.levels) and state.tendency >= rule.levels[level]:
+    levels, level = len(rule) - LEVELS, 0
+    while level < levels and state.tendency >= rule[LEVELS + level]:
         level += 1
-    found = (state.recent - 1) * (len(rule.levels) + 1) + level
-    return found * 2 + int(resumed) if rule.pauses else found
+    found = (state.recent - 1) * (levels + 1) + level
+    return found * 2 + int(resumed) if rule[PAUSES] > 0.0 else found
 
 
 @inner
@@ -68,11 +59,11 @@ def next_state(rule: Rule, state: MoodState, liked: int) -> MoodState:
     """Return what follows an answer; see `Mood.after`."""
     if liked < 0:
         return state
-    recent = state.recent * 2 + liked
-    if recent >= 2 << rule.answers:  # the earliest answer is forgotten
-        recent = recent % (1 << rule.answers) + (1 << rule.answers)
+    most, recent = 1 << int(rule[ANSWERS]), state.recent * 2 + liked
+    if recent >= 2 * most:  # the earliest answer is forgotten
+        recent = recent % most + most
     # At first, one answer half liked.
-    step = max(1.0 / (state.told + 2.0), rule.weight)
+    step = max(1.0 / (state.told + 2.0), rule[WEIGHT])
     tendency = state.tendency + step * (liked - state.tendency)
     return MoodState(recent, state.told + 1, tendency)
 
@@ -118,7 +109,7 @@ class Mood:
     def classes(self) -> int:
         """Return C, how many moods there are."""
         pauses = 1 if self.pause_s is None else 2
-        return (2 ** (self.answers + 1) - 1) * (len(self.levels) + 1) * pauses
+        return ((2 << self.answers) - 1) * (len(self.levels) + 1) * pauses
 
     def of(self, state: MoodState, waited_s: float | None) -> int:
         """Return the class of a mood, 0 to C - 1.
@@ -162,12 +153,9 @@ class Mood:
     @property
     def rule(self) -> Rule:
         """Return what compiled code needs of it."""
-        return Rule(
-            int(self.answers),
-            0.0 if self.memory is None else 1.0 / self.memory,
-            as_floats(self.levels),
-            self.pause_s is not None,
-        )
+        weight = 0.0 if self.memory is None else 1.0 / self.memory
+        pauses = self.pause_s is not None
+        return as_floats((self.answers, weight, pauses, *self.levels))
 
 
 NO_RULE = Mood(answers=0, memory=None, levels=(), pause_s=None).rule

@@ -21,7 +21,7 @@ class Moves(NamedTuple):
         reward: (M, K), worth of each signal.
         signals: (M,) number of signals.
         classes: C.
-        rule: by which answers make a mood.
+        rule: by which answers make a mood, see `mood`.
     """
 
     like: Floats

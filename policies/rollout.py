@@ -187,16 +187,8 @@ def _scores(
     alike = groups
     if not plan.random:  # which numbers the items by group
         alike, row = distinct(groups, plan.by_rest)
-    plays = min(now.plays, alike.size.sum() + len(now.model))
-    tree = planted(
-        steps,
-        alike,
-        imagined.scores,
-        NO_LEAF,
-        Now(plays, now.model, now.belief, now.mood, now.resumed),
-        plan.levels,
-        plan.discount,
-    )
+    index, levels = imagined.scores, plan.levels
+    tree = planted(steps, alike, index, NO_LEAF, now, levels, plan.discount)
     found = _halved(tree, plan, seed) if plan.halving else _equal(tree, plan, seed)
     for g in range(len(row)):
         scores[g] = found[row[g]]

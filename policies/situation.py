@@ -61,6 +61,8 @@ class Situation:
     @property
     def mood_class(self) -> int:
         """Class of the mood of the next play; 0 where models have no mood."""
+        if self.models.classes == 1:
+            return 0
         return self.models.mood_class(self.mood, self.resumed)
 
     def check(self) -> None:

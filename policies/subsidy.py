@@ -53,7 +53,7 @@ def arm(models: ModelSet, m: int, divisions: int, discount: float) -> Arm:
     wide[:, :states] = belief
     steps = grid.steps(states, divisions)
     room = grid.corners(states)
-    moves = _moves(models.averaged(), m, wide, steps, divisions, room)
+    moves = _moves(models, m, wide, steps, divisions, room)
     grid.find(steps, states, divisions, models.prior, m, room)
     first = room["rank"][room["weight"] > 0]
     return Arm(*moves, _reached(moves, first), float(discount))
@@ -177,7 +177,9 @@ def _moves(
     for point in range(points):
         reward[point] = like_chance(models.like, m, belief, point)
         for signal in range(signals):
-            told = learn(models, m, 0, belief, point, signal, after, 0)
+            told = learn(
+                models.observe, m, models.play, m, belief, point, signal, after, 0
+            )
             grid.locate(steps, states, divisions, after, 0, corners)
             for j in range(states):
                 played[point, signal * states + j] = corners[j].rank

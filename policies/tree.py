@@ -20,7 +20,7 @@ from policies.bayes import IMPOSSIBLE, like_chance, move
 from policies.compiled import compiled, inner
 from policies.groups import Groups
 from policies.index import Index, value_of
-from policies.mood import LIKED, MoodState, class_of, next_state
+from policies.mood import LIKED, MoodState, Rule, class_of, next_state
 from policies.moves import Moves, tell
 from policies.schedule import Schedule, scheduled
 from policies.situation import Situation
@@ -57,25 +57,30 @@ class Now(NamedTuple):
     """What the present slot plays beside the candidate.
 
     Attributes:
-        plays: M.
+        plays: M; of more than there are items, all are played.
         model: (C,) of the items chosen already.
         belief: (C, S) of them.
-        mood: of the user.
-        resumed: whether it is that of a play after a pause.
+        recent: of the user's mood, see `MoodState`.
+        told: the same.
+        tendency: the same.
+        resumed: whether the candidate is played after a pause.
     """
 
     plays: int
     model: Ints
     belief: Floats
-    mood: MoodState
+    recent: int
+    told: int
+    tendency: float
     resumed: bool
 
 
 def now_of(situation: Situation) -> Now:
     """Return what the slot of a situation plays."""
     slate = situation.slate
-    mood, resumed = situation.mood, situation.resumed
-    return Now(slate.plays, slate.model, slate.belief, mood, resumed)
+    return Now(
+        slate.plays, slate.model, slate.belief, *situation.mood, situation.resumed
+    )
 
 
 class Tree(NamedTuple):
@@ -131,14 +136,16 @@ def planted(
 ) -> Tree:
     """Make room for a tree of some levels; the chosen items have moved unanswered."""
     chosen, states, bases = len(now.model), groups.belief.shape[1], len(index.place) - 1
-    slots, room = (chosen + levels) // now.plays + 1, chosen + levels + 1
+    plays = min(now.plays, groups.size.sum() + chosen)
+    slots, room = (chosen + levels) // plays + 1, chosen + levels + 1
     level = np.zeros(levels + 1, dtype=LEVEL)
     for h in range(levels + 1):
-        level[h].slot = (chosen + h) // now.plays
+        level[h].slot = (chosen + h) // plays
         level[h].power = discount ** level[h].slot
         level[h].touched = chosen
     if moves.classes > 1:
-        _enter(moves, level, 0, now.mood, now.resumed)
+        mood = MoodState(now.recent, now.told, now.tendency)
+        _enter(moves.rule, level, 0, mood, now.resumed)
     item = np.zeros(room, dtype=ITEM)
     belief = np.zeros(((levels + 1) * room, states))
     for k in range(chosen):
@@ -249,7 +256,7 @@ def answer(tree: Tree, h: int, signal: int) -> float:
     at, m = h * room + k, tree.item[k].model
     chances = chances_of(tree, h, m)
     if tree.moves.classes > 1:
-        feel(tree, h, liked(tree, m, signal))
+        feel(tree.moves.rule, tree.level, h, liked(tree, m, signal))
     return tell(tree.moves, chances, signal, tree.belief, at, tree.belief, at + room)
 
 
@@ -273,25 +280,23 @@ def liked(tree: Tree, m: int, signal: int) -> int:
     return int(tree.moves.reward[m, signal] >= LIKED)
 
 
-@inner
-def feel(tree: Tree, h: int, liked: int) -> None:
+@compiled
+def feel(rule: Rule, level: NDArray[np.void], h: int, liked: int) -> None:
     """Let the mood of level h + 1 follow from an answer at level h.
 
     Imagined plays follow each other at once, without a pause.
     """
-    here = tree.level[h]
-    before = MoodState(here.recent, here.told, here.tendency)
-    after = next_state(tree.moves.rule, before, liked)
-    _enter(tree.moves, tree.level, h + 1, after, False)
+    before = MoodState(level[h].recent, level[h].told, level[h].tendency)
+    _enter(rule, level, h + 1, next_state(rule, before, liked), False)
 
 
 @inner
 def _enter(
-    moves: Moves, level: NDArray[np.void], h: int, state: MoodState, resumed: bool
+    rule: Rule, level: NDArray[np.void], h: int, state: MoodState, resumed: bool
 ) -> None:
     level[h].recent, level[h].told = state.recent, state.told
     level[h].tendency = state.tendency
-    level[h].mood = class_of(moves.rule, state, resumed)
+    level[h].mood = class_of(rule, state, resumed)
 
 
 @inner

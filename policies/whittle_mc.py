@@ -89,9 +89,8 @@ class WhittleMC:
                 f" {MOST_DRAWS}, not {draws}"
             )
 
-    def prepare(self, models: ModelSet, _tables: Tables) -> Scorer:
-        """Return the scorer; nothing has to be computed."""
-        averaged = models.averaged()
+    def prepare(self, _models: ModelSet, _tables: Tables) -> Scorer:
+        """Return the scorer; the models need no preparation."""
         search = Search(
             np.float64(self.discount) ** np.arange(self.horizon),
             self.trajectories,
@@ -101,7 +100,9 @@ class WhittleMC:
         )
 
         def scores(situation: Situation, seed: int) -> Floats:
-            found = subsidies(averaged, situation.model, situation.belief, search, seed)
+            found = subsidies(
+                situation.models, situation.model, situation.belief, search, seed
+            )
             return lifted(found, situation)
 
         return scores

@@ -120,16 +120,16 @@ def _moods(state: MoodState, resumed: bool, size: int) -> NDArray[np.void]:
 def situation_of(models: ModelSet, runs: Runs) -> Situation:
     """Return all rows in use as one situation, in the mood of the first run."""
     shown = int(runs.used.max()) * len(runs.used)
-    *state, resumed = runs.mood[0].item()
-    return Situation(
-        models,
+    rows = (
         runs.model[:shown],
         runs.belief[:shown],
         runs.items[:shown],
         runs.rested[:shown],
-        mood=MoodState(*state),
-        resumed=resumed,
     )
+    if models.classes == 1:
+        return Situation(models, *rows)
+    *state, resumed = runs.mood[0].item()
+    return Situation(models, *rows, mood=MoodState(*state), resumed=resumed)
 
 
 @compiled
@@ -295,7 +295,18 @@ def _pass_slot(
         row = w * size + r
         m = runs.model[row]
         if row == played:
-            learn(models, m, mood, belief, row, signal, spare, 0)
+            chances = m * models.classes + mood
+            learn(
+                models.observe_in,
+                chances,
+                models.play,
+                m,
+                belief,
+                row,
+                signal,
+                spare,
+                0,
+            )
         else:
             move(models.rest, m, belief, row, spare, 0)
         for i in range(belief.shape[1]):

@@ -64,10 +64,8 @@ def padded(beliefs: Sequence[Floats], width: int) -> Floats:
 
 
 def arrays_of(models: ModelSet) -> dict[str, Floats | Ints]:
-    found = models._asdict() | {"levels": models.rule.levels}
-    return {
-        name: array for name, array in found.items() if isinstance(array, np.ndarray)
-    }
+    found = models._asdict()
+    return {name: array for name, array in found.items() if name != "classes"}
 
 
 def situation(
