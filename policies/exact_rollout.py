@@ -210,12 +210,18 @@ def _fitted(plan: Plan, situation: Situation) -> Plan | None:
         while after > 1 and tried * plan.signals**after > MOST_PLAYS:
             after -= 1
         if plan.leaf != SUM_LEAF:
-            return plan._replace(depth=depth, levels=depth + after)
+            return _looking(plan, depth, depth + after)
         more = _until_the_slot_ends(depth + after, situation)
         futures = plan.signals ** (after + more)
         if more == 0 or (futures <= FEW_FUTURES and tried * futures <= MOST_PLAYS):
-            return plan._replace(depth=depth, levels=depth + after + more)
+            return _looking(plan, depth, depth + after + more)
     return None
+
+
+def _looking(plan: Plan, depth: int, levels: int) -> Plan:
+    if (depth, levels) == (plan.depth, plan.levels):
+        return plan
+    return plan._replace(depth=depth, levels=levels)
 
 
 def _until_the_slot_ends(levels: int, situation: Situation) -> int:

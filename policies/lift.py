@@ -15,7 +15,6 @@ def lifted(scores: Floats, situation: Situation) -> Floats:
     models = situation.models
     if models.classes == 1:
         return scores
-    rows = situation.model * models.classes + situation.mood_class
-    now = expected_like(models.like_in, rows, situation.belief)
+    now = expected_like(models.like_in, situation.chances, situation.belief)
     usual = expected_like(models.like, situation.model, situation.belief)
     return scores + (now - usual)

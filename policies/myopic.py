@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from policies.arrays import Floats
-from policies.belief import expected_like
+from policies.bayes import expected_like
 from policies.model_set import ModelSet
 from policies.policy import Scorer
 from policies.situation import Situation
@@ -31,6 +31,5 @@ class Myopic:
         return 2.0 + 0.01 * len(situation.model)
 
     def _scores(self, situation: Situation, _seed: int) -> Floats:
-        return expected_like(
-            situation.models, situation.model, situation.belief, situation.mood_class
-        )
+        like = situation.models.like_in
+        return expected_like(like, situation.chances, situation.belief)

@@ -65,6 +65,13 @@ class Situation:
             return 0
         return self.models.mood_class(self.mood, self.resumed)
 
+    @property
+    def chances(self) -> Ints:
+        """(G,): row of each group's chances in that mood, in `ModelSet.like_in`."""
+        if self.models.classes == 1:
+            return self.model
+        return self.model * self.models.classes + self.mood_class
+
     def check(self) -> None:
         """Check what every policy takes for granted; for tests.
 

@@ -29,6 +29,7 @@ NO_LEAF = 0
 ITEM_LEAF = 1
 SUM_LEAF = 2
 NO_MORE = 2**62
+MOODLESS = np.empty(0)
 CHOSEN = -1  # the group of an item that the present slot plays in any case
 LEVEL = np.dtype(
     [
@@ -60,27 +61,23 @@ class Now(NamedTuple):
         plays: M; of more than there are items, all are played.
         model: (C,) of the items chosen already.
         belief: (C, S) of them.
-        recent: of the user's mood, see `MoodState`.
-        told: the same.
-        tendency: the same.
-        resumed: whether the candidate is played after a pause.
+        mood: (4,) of the user, as `MoodState` has it, and whether the candidate is
+            played after a pause; (0,) where models have none.
     """
 
     plays: int
     model: Ints
     belief: Floats
-    recent: int
-    told: int
-    tendency: float
-    resumed: bool
+    mood: Floats
 
 
 def now_of(situation: Situation) -> Now:
     """Return what the slot of a situation plays."""
     slate = situation.slate
-    return Now(
-        slate.plays, slate.model, slate.belief, *situation.mood, situation.resumed
-    )
+    mood = MOODLESS
+    if situation.models.classes > 1:
+        mood = np.array((*situation.mood, situation.resumed), dtype=np.float64)
+    return Now(slate.plays, slate.model, slate.belief, mood)
 
 
 class Tree(NamedTuple):
@@ -144,8 +141,8 @@ def planted(
         level[h].power = discount ** level[h].slot
         level[h].touched = chosen
     if moves.classes > 1:
-        mood = MoodState(now.recent, now.told, now.tendency)
-        _enter(moves.rule, level, 0, mood, now.resumed)
+        mood = MoodState(int(now.mood[0]), int(now.mood[1]), now.mood[2])
+        _enter(moves.rule, level, 0, mood, now.mood[3] > 0.0)
     item = np.zeros(room, dtype=ITEM)
     belief = np.zeros(((levels + 1) * room, states))
     for k in range(chosen):
@@ -280,7 +277,7 @@ def liked(tree: Tree, m: int, signal: int) -> int:
     return int(tree.moves.reward[m, signal] >= LIKED)
 
 
-@compiled
+@inner
 def feel(rule: Rule, level: NDArray[np.void], h: int, liked: int) -> None:
     """Let the mood of level h + 1 follow from an answer at level h.
 
