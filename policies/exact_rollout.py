@@ -81,9 +81,9 @@ class ExactRollout:
     leaf "lagrangian" has a slot followed to its end. Where that would have too many
     futures, items are scored by their Lagrangian advantage.
 
-    Where models have a mood, every play on a path earns and is answered in the mood
-    that the answers before it have led to. The base ranks items, and the leaf values
-    them, as in their mean mood.
+    Where models have a mood, every play on a path is chosen, earns and is answered in
+    the mood that the answers before it have led to. The leaf values items as in their
+    mean mood: it is a guess then, the leaf "lagrangian" no bound.
 
     Attributes:
         base: policies followed after the first plays; of several, the best one for

@@ -18,6 +18,7 @@ from policies.arrays import Floats, Ints
 from policies.bayes import IMPOSSIBLE, like_chance, move
 from policies.compiled import compiled, inner, variable
 from policies.index import value_of
+from policies.moves import lift_of
 from policies.tree import (
     NO_LEAF,
     SUM_LEAF,
@@ -54,7 +55,7 @@ class Shared(NamedTuple):
     Attributes:
         value: (W, B), by the mood that the candidate's answer leads to: W is 2, row 1
             after a like; or 1 where there are no moods.
-        lowest: (B, T + 1) see `Tree`.
+        lowest: (B, T + 1, C) see `Tree`.
         used: (B, G) see `Tree`.
         most: (T + 2,) more than which nothing can earn from a level on; infinite where
             that is not known.
@@ -188,12 +189,28 @@ def _apart(tree: Tree, b: int, g: int, way: int, shared: Shared) -> tuple[bool, 
         if tree.level[h].slot == tree.level[0].slot:
             continue
         rested = float(tree.level[h].slot - tree.level[0].slot - 1)
-        m = tree.item[k].model
-        score = value_of(tree.scores, b, m, tree.belief, at, rested, tree.corners)
-        if score >= shared.lowest[b, h]:
+        if _wanted(tree, b, h, at, tree.item[k].model, rested, shared):
             return False, 0.0
     own = tree.level[end].power * excess(tree, end, k) if tree.leaf == SUM_LEAF else 0.0
     return True, shared.value[way, b] + own
+
+
+@inner
+def _wanted(
+    tree: Tree, b: int, h: int, at: int, m: int, rested: float, shared: Shared
+) -> bool:
+    """Say whether base b might play an item at level h, in a mood that it was in."""
+    score = value_of(tree.scores, b, m, tree.belief, at, rested, tree.corners)
+    if tree.moves.classes == 1:
+        return bool(score >= shared.lowest[b, h, 0])
+    lifts = tree.scores.place[b, m].lifts == 1
+    for mood in range(tree.moves.classes):
+        if shared.lowest[b, h, mood] == np.inf:
+            continue
+        lift = lift_of(tree.moves, m, mood, tree.belief, at) if lifts else 0.0
+        if score + lift >= shared.lowest[b, h, mood]:
+            return True
+    return False
 
 
 @inner

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from policies.arrays import Floats, Ints
+from policies.bayes import like_chance
 from policies.compiled import inner
 from policies.model_set import ModelSet
 from policies.mood import Rule
@@ -14,7 +15,8 @@ class Moves(NamedTuple):
     """M models of S states and K signals, in C moods.
 
     Attributes:
-        like: (M C, S), expected reward; model m in mood c in row m C + c.
+        like: (M C, S), expected reward; model m in mood c in row m C + c. Where C is
+            not 1, M rows follow: those of the mean mood.
         rest: (M, S, S), P0.
         observe: (M C, K, S), chance of each signal by state.
         told: (M C, K, S, S): a signal and a move by a play, O(i, y) P1(i, j).
@@ -38,8 +40,11 @@ def moves(models: ModelSet) -> Moves:
     """Multiply chances of signals and moves."""
     play = np.repeat(models.play, models.classes, axis=0)
     told = models.observe_in[..., None] * play[:, None]
+    like = models.like_in
+    if models.classes > 1:
+        like = np.concatenate((like, models.like))
     return Moves(
-        models.like_in,
+        like,
         models.rest,
         models.observe_in,
         np.ascontiguousarray(told),
@@ -48,6 +53,14 @@ def moves(models: ModelSet) -> Moves:
         models.classes,
         models.rule,
     )
+
+
+@inner
+def lift_of(moves: Moves, m: int, mood: int, belief: Floats, row: int) -> float:
+    """Return by how much a mood changes the reward of model m from the mean one."""
+    models = len(moves.rest)
+    now = like_chance(moves.like, m * moves.classes + mood, belief, row)
+    return now - like_chance(moves.like, models * moves.classes + m, belief, row)
 
 
 @inner

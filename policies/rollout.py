@@ -57,9 +57,9 @@ class Rollout:
     Answers are drawn from the beliefs, and beliefs move by them. The items of a group
     share a score. A base breaks ties by the lowest group row, then untouched before
     touched items; the random base is uniform over items. With M plays a slot, the items
-    of the slot are chosen one by one, and `horizon` still counts plays, not slots. In
-    the mood that the answers before it have led to, an item is answered and earns; a
-    base plays as in the mean mood.
+    of the slot are chosen one by one, and `horizon` still counts plays, not slots. A
+    play is chosen, earns and is answered in the mood that the answers before it have
+    led to.
 
     Attributes:
         base: policy followed after the first play, phi.

@@ -15,7 +15,7 @@ from policies.bayes import like_chance, move
 from policies.compiled import compiled, inner
 from policies.groups import Groups
 from policies.index import Index, value_of
-from policies.moves import Moves
+from policies.moves import Moves, lift_of
 
 
 class Schedule(NamedTuple):
@@ -24,8 +24,10 @@ class Schedule(NamedTuple):
     Attributes:
         belief: (T * G, S), slot by slot.
         reward: (G,) expected in the first slot, in the mood of the next play.
-        score: (B * T, G), base by base.
-        order: (B * T, R) the R best groups, best first, ties by row.
+        score: (B * T * C, G), base by base, slot by slot, mood by mood. Where C is not
+            1, rows of the mean mood follow, (B * T, G), and only those are known first.
+        order: (B * T * C, R) the R best groups, best first, ties by row; -1 if it is
+            not known.
         slots: T.
     """
 
@@ -48,16 +50,18 @@ def scheduled(
 ) -> Schedule:
     """Let all groups rest for some slots, and rank as many places as may be needed.
 
-    They are ranked as they are in their mean mood.
+    Where there are moods, they are ranked once one is met, by `rank_in`.
     """
     total, states = len(groups.model), groups.belief.shape[1]
+    rows, means = bases * slots * moves.classes, bases * slots
     schedule = Schedule(
         np.empty((slots * total, states)),
         np.empty(total),
-        np.empty((bases * slots, total)),
-        np.empty((bases * slots, min(places, total)), dtype=np.int64),
+        np.empty((rows if moves.classes == 1 else rows + means, total)),
+        np.full((rows, min(places, total)), -1),
         slots,
     )
+    first = 0 if moves.classes == 1 else rows
     corners = grid.corners(states)
     for g in range(total):
         for i in range(states):
@@ -71,12 +75,36 @@ def scheduled(
                 move(moves.rest, m, schedule.belief, row - total, schedule.belief, row)
             rested = float(groups.rested[g] + slot)
             for b in range(bases):
-                schedule.score[b * slots + slot, g] = value_of(
+                schedule.score[first + b * slots + slot, g] = value_of(
                     index, b, m, schedule.belief, row, rested, corners
                 )
-        for b in range(bases):
+        for b in range(bases if moves.classes == 1 else 0):
             _rank(schedule.score, b * slots + slot, schedule.order)
     return schedule
+
+
+@compiled
+def rank_in(
+    moves: Moves, schedule: Schedule, model: Ints, index: Index, row: int
+) -> None:
+    """Rank the groups (G,) of models as a base does in a slot and a mood.
+
+    Args:
+        moves: of the models.
+        schedule: filled in.
+        model: (G,) model of each group.
+        index: by which bases play.
+        row: of the base, the slot and the mood, among the orders.
+    """
+    mean, mood = row // moves.classes, row % moves.classes
+    b, slot = mean // schedule.slots, mean % schedule.slots
+    total, means = len(model), len(schedule.order)
+    for g in range(total):
+        value, belief = schedule.score[means + mean, g], slot * total + g
+        if index.place[b, model[g]].lifts == 1:
+            value += lift_of(moves, model[g], mood, schedule.belief, belief)
+        schedule.score[row, g] = value
+    _rank(schedule.score, row, schedule.order)
 
 
 @inner

@@ -5,8 +5,8 @@ one child: H plays have K^H futures. The items played on the way to a node are i
 touched ones; all others follow the schedule. A level is one play; a slot has M of them.
 
 The mood of a node is known: it follows from the present one and the answers on the way.
-Rewards and answers are those of that mood. Bases rank items, and leaves are worth, as
-in the mean mood: a base is any policy, and what follows from its plays is exact.
+Rewards and answers are those of that mood, and so bases rank items, as the policies of
+their names do. Leaves are worth what they are in the mean mood.
 """
 
 from typing import NamedTuple
@@ -21,8 +21,8 @@ from policies.compiled import compiled, inner
 from policies.groups import Groups
 from policies.index import Index, value_of
 from policies.mood import LIKED, MoodState, Rule, class_of, next_state
-from policies.moves import Moves, tell
-from policies.schedule import Schedule, scheduled
+from policies.moves import Moves, lift_of, tell
+from policies.schedule import Schedule, rank_in, scheduled
 from policies.situation import Situation
 
 NO_LEAF = 0
@@ -100,7 +100,7 @@ class Tree(NamedTuple):
         item: (Q,) of ITEM, the touched ones.
         since: ((T + 1) Q,) the slot in which they were last played, level by level.
         belief: ((T + 1) Q, S) of them.
-        lowest: (B, T + 1) the lowest score with which an item was played.
+        lowest: (B, T + 1, C) the lowest score with which an item was played in a mood.
         used: (B, G) how many items of a group were touched on one path.
     """
 
@@ -165,7 +165,7 @@ def planted(
         item,
         np.zeros((levels + 1) * room, dtype=np.int64),
         belief,
-        np.full((bases, levels + 1), np.inf),
+        np.full((bases, levels + 1, moves.classes), np.inf),
         np.zeros((bases, len(groups.model)), dtype=np.int64),
     )
 
@@ -302,8 +302,10 @@ def play_base(tree: Tree, b: int, h: int) -> float:
 
     Ties: the lowest group, untouched before touched, the first touched.
     """
-    slot = tree.level[h].slot
-    ranked = b * tree.schedule.slots + slot
+    slot, mood = tree.level[h].slot, tree.level[h].mood
+    ranked = (b * tree.schedule.slots + slot) * tree.moves.classes + mood
+    if tree.moves.classes > 1 and tree.schedule.order[ranked, 0] < 0:
+        rank_in(tree.moves, tree.schedule, tree.group, tree.scores, ranked)
     row, best, score = len(tree.group), -1, -np.inf
     for rank in range(tree.schedule.order.shape[1]):
         g = tree.schedule.order[ranked, rank]
@@ -315,7 +317,7 @@ def play_base(tree: Tree, b: int, h: int) -> float:
         if tree.since[at] == slot and h > 0:
             continue
         rested = float(slot - tree.since[at] - 1)
-        value = value_of(tree.scores, b, m, tree.belief, at, rested, tree.corners)
+        value = score_of(tree, b, m, at, rested, mood)
         if value > score or (value == score and tree.item[k].group < row):
             row, best, score = tree.item[k].group, k, value
     if best < 0:
@@ -323,6 +325,15 @@ def play_base(tree: Tree, b: int, h: int) -> float:
     else:
         tree.level[h].played = best
     return score
+
+
+@inner
+def score_of(tree: Tree, b: int, m: int, at: int, rested: float, mood: int) -> float:
+    """Return the score that base b gives a touched item in a mood."""
+    value = value_of(tree.scores, b, m, tree.belief, at, rested, tree.corners)
+    if tree.moves.classes > 1 and tree.scores.place[b, m].lifts == 1:
+        value += lift_of(tree.moves, m, mood, tree.belief, at)
+    return value
 
 
 @compiled
@@ -355,7 +366,8 @@ def _visit(tree: Tree, b: int, h: int) -> float:
             total += excess(tree, h, k)
         return total
     score = play_base(tree, b, h)
-    tree.lowest[b, h] = min(tree.lowest[b, h], score)
+    mood = tree.level[h].mood
+    tree.lowest[b, h, mood] = min(tree.lowest[b, h, mood], score)
     k = tree.level[h].played
     at, m, g = h * len(tree.item) + k, tree.item[k].model, tree.item[k].group
     if g != CHOSEN:

@@ -122,6 +122,9 @@ class Item:
     def reward(self, feeling: Feeling) -> float:
         return float(self.chances(feeling) @ self.model.reward)
 
+    def lift(self, feeling: Feeling) -> float:
+        return self.reward(feeling) - self.chance if self.model.mood else 0.0
+
     def answered(self, signal: int, turn: int, feeling: Feeling) -> "Item":
         told = normalised(self.belief * feeling.observe(self.model)[:, signal])
         return replace(
@@ -140,7 +143,7 @@ class Item:
         return replace(self, belief=belief, rested=self.rested + 1)
 
 
-Rule: TypeAlias = Callable[[Item], float]
+Rule: TypeAlias = Callable[[Item, Feeling], float]
 
 
 @dataclass(frozen=True)
@@ -178,7 +181,7 @@ class World:
     def best(self, rule: Rule) -> int:
         """Pick by a rule; ties: lowest kind, then untouched, then touched first."""
         keys = {
-            number: (-rule(item), item.kind, item.touched)
+            number: (-rule(item, self.feeling), item.kind, item.touched)
             for number, item in enumerate(self.items)
             if not item.gone
         }
@@ -231,9 +234,9 @@ def ever(item: Item, discount: float) -> float:
 def plain_rule(base: str, discount: float) -> Rule:
     """Return the score by which a base plays that needs no tables."""
     return {
-        "myopic": lambda item: item.chance,
-        "best_fixed": lambda item: ever(item, discount),
-        "round_robin": lambda item: float(item.rested),
+        "myopic": lambda item, feeling: item.chance + item.lift(feeling),
+        "best_fixed": lambda item, _feeling: ever(item, discount),
+        "round_robin": lambda item, _feeling: float(item.rested),
     }[base]
 
 

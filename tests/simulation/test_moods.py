@@ -135,7 +135,7 @@ def test_planning_lifts_the_mood_first() -> None:
     models = (*known, dull)
     beliefs = (np.array(first),) * 3
     given = Instance(models, (0, 1, 2), beliefs, (1, 1, 1), answers=(0,))
-    course = Course(200, 60, 0.95, seed=1)
+    course = Course(500, 60, 0.95, seed=1)
 
     myopic, planned = simulated(given, course, ["myopic", "exact_rollout"], None)
 
