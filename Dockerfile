@@ -10,6 +10,7 @@ COPY requirements.lock ./
 RUN /opt/encore/bin/pip install --require-hashes -r requirements.lock
 COPY pyproject.toml README.md LICENSE ./
 COPY app ./app
+COPY learning ./learning
 COPY migrations ./migrations
 COPY policies ./policies
 COPY simulation ./simulation

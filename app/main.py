@@ -17,6 +17,7 @@ from app.api import (
     admin,
     bounds,
     document,
+    guard,
     health,
     imports,
     items,
@@ -46,6 +47,7 @@ ROUTERS = (
     items.router,
     models.router,
     admin.router,
+    guard.router,
     bounds.router,
     key_routes.router,
     health.router,
@@ -107,6 +109,7 @@ async def _lifespan(app: FastAPI, settings: Settings) -> AsyncIterator[None]:
     finally:
         compiling.cancel()
         context.index_builder.stop()
+        context.guard.stop()
         if not context.warm.is_set():
             background.cancel()
         with suppress(asyncio.CancelledError):
@@ -119,8 +122,12 @@ async def _lifespan(app: FastAPI, settings: Settings) -> AsyncIterator[None]:
 async def _work(context: Context) -> None:
     """What goes on beside the requests."""
     await _warm(context)
+    works = []
     if context.settings.index_tables == "auto":
-        await context.index_builder.run()
+        works.append(context.index_builder.run())
+    if context.settings.guard != "off":
+        works.append(context.guard.run())
+    await asyncio.gather(*works)
 
 
 async def _warm(context: Context) -> None:

@@ -52,6 +52,28 @@ INDEX_TABLES_WAITING = Gauge(
     multiprocess_mode="mostrecent",
 )
 
+GUARD_LOSS = Gauge(
+    "encore_guard_loss_nats",
+    "Mean log loss of a model's predictions, and of simple ones of the same answers",
+    ["model", "predictor"],
+    multiprocess_mode="mostrecent",
+)
+GUARD_CALIBRATION = Gauge(
+    "encore_guard_calibration_error",
+    "Mean distance of predictions to what was answered, in ten classes",
+    ["model"],
+    multiprocess_mode="mostrecent",
+)
+GUARD_ALARM = Gauge(
+    "encore_guard_alarm",
+    "Whether a model predicts worse than a simple rate",
+    ["model"],
+    multiprocess_mode="mostrecent",
+)
+GUARD_FALLS = Counter(
+    "encore_guard_falls", "Times that the guard replaced the policy in force"
+)
+
 METHODS = {"DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT"}
 
 # Labels are looked up once, then kept: that halves the cost of an observation.

@@ -65,6 +65,15 @@ class Settings(BaseSettings):
         default="auto",
         description="whether this process builds index tables in the background",
     )
+    guard: Literal["off", "watch", "fall_back"] = Field(
+        default="watch",
+        description="what is done about models that predict worse than a constant",
+    )
+    guard_policy: str = Field(
+        default="round_robin",
+        max_length=10_000,
+        description="policy to fall back to: a name, or JSON with name and params",
+    )
     log_level: Literal["debug", "info", "warning", "error"] = Field(
         default="info", description="least severe log line that is written"
     )

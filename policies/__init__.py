@@ -7,16 +7,18 @@ from policies.arrays import Floats, Ints, as_floats, as_ints
 from policies.bayes import LIKE, NONE, SKIP
 from policies.belief import (
     MOST_SURPRISE,
+    REMEMBERED,
     Answered,
     answered,
     expected_like,
     forecast,
     replayed,
     rested,
+    returned,
     untouched,
 )
 from policies.bounds import Bound, Effort, bound, effort, worth_for_ever
-from policies.choice import Choice, Mixture, choose
+from policies.choice import Choice, Mixture, chances, choose
 from policies.index_table import MOST_DISCOUNT, IndexTable, build
 from policies.model import NO_ANSWER, InvalidModel, Model, Signals
 from policies.model_set import ModelSet, mood_of
@@ -41,6 +43,7 @@ __all__ = [
     "NO_ANSWER",
     "NO_TABLES",
     "POLICIES",
+    "REMEMBERED",
     "SKIP",
     "Answered",
     "Bound",
@@ -69,6 +72,7 @@ __all__ = [
     "bound",
     "build",
     "build_all",
+    "chances",
     "choose",
     "create",
     "effort",
@@ -81,6 +85,7 @@ __all__ = [
     "ready",
     "replayed",
     "rested",
+    "returned",
     "untouched",
     "variants",
     "warm_up",

@@ -17,12 +17,15 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from policies import bayes
 from policies.arrays import Floats, Ints, as_floats, as_ints
 from policies.bayes import IMPOSSIBLE
 from policies.model_set import ModelSet
 
+RETURNED = 1e-12  # least difference (L1) from the belief of an item never played
+REMEMBERED = 256  # slots for which a play is remembered although interest returned
 MOST_SURPRISE = -math.log(IMPOSSIBLE)
 UNKNOWN = np.empty(0, dtype=np.int64)
 
@@ -64,6 +67,17 @@ def untouched(models: ModelSet, slot: int) -> Floats:
     rows = np.arange(len(models.states))
     waited = np.full(len(rows), slot)
     return bayes.rested(models.rest_powers, rows, models.prior, waited)
+
+
+def returned(belief: Floats, fresh: Floats) -> NDArray[np.bool_]:
+    """Return (K,): whether interest is again what it is in an item never played.
+
+    Args:
+        belief: (K, S).
+        fresh: (K, S) in the same slot, of items of the same models, never played.
+    """
+    same: NDArray[np.bool_] = np.abs(belief - fresh).sum(axis=1) < RETURNED
+    return same
 
 
 def expected_like(

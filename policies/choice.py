@@ -81,6 +81,37 @@ def choose(scored: Floats | Mixture, count: Ints, seed: int, place: int = 0) -> 
 ALONE = np.ones(1)
 
 
+def chances(scored: Floats | Mixture, count: Ints) -> Floats:
+    """Return (G,): the probability with which `choose` would choose each item.
+
+    The items of a group share it; over all items it sums to one.
+
+    Args:
+        scored: (G,) scores, or a mixture of them.
+        count: (G,) items of each group.
+
+    Raises:
+        ValueError: there is no item, or a score is not finite.
+    """
+    weight, scores = scored if isinstance(scored, Mixture) else (ALONE, scored[None])
+    if not (count > 0).any():
+        raise ValueError("scores: nothing to choose from")
+    if not np.isfinite(scores).all():
+        raise ValueError("scores: one is not finite")
+    return _chances(as_floats(weight), as_floats(scores), as_ints(count))
+
+
+@compiled
+def _chances(weight: Floats, scores: Floats, count: Ints) -> Floats:
+    found = np.zeros(len(count))
+    for r in range(len(weight)):
+        highest, items = _best(scores, r, count)
+        for g in range(len(count)):
+            if count[g] > 0 and scores[r, g] == highest:
+                found[g] += weight[r] / items
+    return found
+
+
 @compiled
 def pick(
     weight: Floats, scores: Floats, count: Ints, seed: int, place: int

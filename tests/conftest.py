@@ -10,7 +10,10 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
-SOURCES = sorted((*ROOT.glob("policies/*.py"), *ROOT.glob("simulation/*.py")))
+PACKAGES = ("learning", "policies", "simulation")
+SOURCES = sorted(
+    source for package in PACKAGES for source in ROOT.glob(f"{package}/**/*.py")
+)
 DIGEST = hashlib.sha256(b"".join(source.read_bytes() for source in SOURCES))
 CACHE = Path(tempfile.gettempdir()) / f"encore-numba-{os.getuid()}-{DIGEST.hexdigest()}"
 

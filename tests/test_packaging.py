@@ -19,7 +19,7 @@ ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 LOCKS = {
     "requirements.lock": ("build",),
-    "requirements-dev.lock": ("build", "dev", "gym", "paper"),
+    "requirements-dev.lock": ("build", "dev", "gym", "learn", "paper"),
 }
 PINNED = re.compile(r"^([a-z0-9-]+)(?:\[[a-z,]+\])?==(\S+)", re.MULTILINE)
 LINK = re.compile(r"\[[^\]]*\]\(([^)#]+)(?:#[^)]*)?\)")
@@ -80,7 +80,7 @@ def test_a_wheel_holds_all_that_a_service_needs(tmp_path: Path) -> None:
     assert wheel.name.startswith(f"encore-{__version__}-")
     kept = [
         path.relative_to(ROOT).as_posix()
-        for package in ("app", "migrations", "policies", "simulation")
+        for package in ("app", "learning", "migrations", "policies", "simulation")
         for path in (ROOT / package).rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     ]

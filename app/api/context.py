@@ -11,6 +11,8 @@ from fastapi.security.base import SecurityBase
 
 from app.domain import Key, Scope
 from app.errors import Fault, InvalidRequest, Unauthorized
+from app.services import guard_fallback
+from app.services.guard_watch import GuardWatch
 from app.services.index_builder import IndexBuilder
 from app.services.keys import KeyRing
 from app.services.live import Live
@@ -30,10 +32,12 @@ class Context:
     warm: asyncio.Event = field(default_factory=asyncio.Event)
     pending: PendingPlays = field(init=False)
     index_builder: IndexBuilder = field(init=False)
+    guard: GuardWatch = field(init=False)
 
     def __post_init__(self) -> None:
         self.pending = PendingPlays(self.database)
         self.index_builder = IndexBuilder(self.database)
+        self.guard = GuardWatch(self.database, guard_fallback.in_use(self.settings))
 
 
 @dataclass(frozen=True, slots=True)

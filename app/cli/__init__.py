@@ -31,6 +31,8 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "simulate": ("simulate", "Try policies on simulated users."),
         "bound": ("simulate", "The same: compare with what no policy can exceed."),
         "reproduce": ("reproduce", "Simulate the paper's examples; draw its figures."),
+        "fit": ("fit", "Learn models from a log of plays."),
+        "evaluate": ("evaluate", "Score models on held-out plays, beside others."),
         "audit": ("audit", "Compute all beliefs anew from the log, and compare."),
         "rebuild": ("rebuild", "Replace beliefs by what the log says."),
     }

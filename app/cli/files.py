@@ -58,3 +58,11 @@ def _open(file: Path) -> IO[bytes]:
         return file.open("rb")
     except OSError as error:
         raise Failed(f"{file} cannot be read: {error.strerror}.", status=2) from error
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder to write to."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise Failed(f"{folder} cannot be made: {error.strerror}.", status=2) from error

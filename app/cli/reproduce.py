@@ -21,9 +21,10 @@ import typer
 
 from app import __version__
 from app.cli.console import Failed, note, progress, say
+from app.cli.files import make_folder
 from simulation.paper import PARTS, Part, Scale
 
-QUICK = 0.05  # of the runs
+QUICK = 0.04  # of the runs
 LOOK = 0.2  # seconds between two looks at how far the parts are
 TELLERS = ("claims.py", "figures.py", "paper.mplstyle", "report.py")  # of numbers
 FOLDERS = ("figures", "results", "tables")
@@ -97,7 +98,7 @@ def command(*, out: Out = Path("paper"), quick: Quick = False) -> None:
         raise Failed(message) from error
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # told to stop
     for folder in FOLDERS:
-        _make(out / folder)
+        make_folder(out / folder)
     began = time.monotonic()
     parts = parts_of(Work(Scale(QUICK) if quick else Scale(), out / "results"))
     with progress() as bar:
@@ -107,13 +108,6 @@ def command(*, out: Out = Path("paper"), quick: Quick = False) -> None:
     report.write(parts, out, _made(quick=quick))
     minutes = (time.monotonic() - began) / 60
     say(f"{out / 'report.md'}, {out / 'report.html'}, after {minutes:.1f} minutes")
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise Failed(f"{folder} cannot be made: {error.strerror}.", status=2) from error
 
 
 def _made(*, quick: bool) -> str:
@@ -141,12 +135,13 @@ def _simulate(work: Work, names: Sequence[str]) -> None:
     processes = min(len(names), os.cpu_count() or 1)
     executor = ProcessPoolExecutor(processes, spawned, _begin, (shares,))
     try:
-        ours = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: we end them
+        interrupt = {signal.SIGINT}
+        signal.pthread_sigmask(signal.SIG_BLOCK, interrupt)  # inherited: we end them
         running = {
             executor.submit(_simulate_one, work, name, place)
             for place, name in enumerate(names)
         }
-        signal.signal(signal.SIGINT, ours)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, interrupt)
         with progress() as bar:
             tasks = [bar.add_task(name, total=100) for name in names]
             while running:

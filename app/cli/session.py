@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from app.api.faults import message_of
 from app.cli.console import Failed
 from app.errors import DatabaseUnavailable
+from app.services.guard_fallback import Fallback
 from app.services.live import Live
 from app.settings import Settings
 from app.storage import migrate
@@ -45,13 +46,17 @@ def configured(**options: object) -> Settings:
     """The settings of the environment, and over them the options that were given."""
     given = {name: value for name, value in options.items() if value is not None}
     try:
-        return Settings.model_validate(given)
+        settings = Settings.model_validate(given)
+        Fallback.of(settings)
     except ValidationError as error:
         faults = [
             f"ENCORE_{str(fault['loc'][0]).upper()}: {message_of(fault)}"
             for fault in error.errors()
         ]
         raise Failed("; ".join(faults), status=2) from error
+    except ValueError as error:
+        raise Failed(str(error), status=2) from error
+    return settings
 
 
 def perform(

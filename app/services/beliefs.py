@@ -19,6 +19,7 @@ from app.storage.packing import Entries, unpack
 from app.storage.plays import ClosedPlay
 from app.storage.store import Store
 from policies import (
+    REMEMBERED,
     Answered,
     Floats,
     Ints,
@@ -26,11 +27,9 @@ from policies import (
     expected_like,
     replayed,
     rested,
+    returned,
     untouched,
 )
-
-RETURNED = 1e-12  # least difference (L1) from the belief of an item never played
-REMEMBERED = 256  # slots for which a play is remembered although interest returned
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,8 +91,8 @@ def at(catalogue: Catalogue, entries: Entries, slot: int) -> Beliefs:
     slots = slot - entries.slot
     belief = rested(catalogue.models, model, entries.belief, slots)
     fresh = untouched(catalogue.models, slot)
-    returned = np.abs(belief - fresh[model]).sum(axis=1) < RETURNED
-    return Beliefs(entries.serial, slots, belief, returned, fresh)
+    back = returned(belief, fresh[model])
+    return Beliefs(entries.serial, slots, belief, back, fresh)
 
 
 def of_item(

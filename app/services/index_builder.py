@@ -98,8 +98,8 @@ class IndexBuilder:
 
     async def _build(self, job: Job) -> None:
         """Build a table in the thread, and renew the claims meanwhile."""
-        mine = partial(index_builds.is_claimed, worker=self._worker, target=job.target)
-        if not await self._database.run(mine):
+        ours = partial(index_builds.is_ours, worker=self._worker, target=job.target)
+        if not await self._database.run(ours):
             return
         done = 0.0
 

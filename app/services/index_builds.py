@@ -54,7 +54,7 @@ def discount_in_use(store: Store, known: Revision) -> float:
 def claim(
     store: Store, worker: str, held: Collection[Target], but: Collection[Target]
 ) -> Look:
-    """Claim a table that is wanted; `is_claimed` tells whether that succeeded.
+    """Claim a table that is wanted; `is_ours` tells whether that succeeded.
 
     held: tables that this worker has built and not yet published
     but:  tables that it cannot build
@@ -72,10 +72,19 @@ def claim(
     return Look(known, len(wanted), None)
 
 
-def is_claimed(store: Store, worker: str, target: Target) -> bool:
-    """Whether a worker holds the claim of a table: of several, one gets it."""
+def is_ours(store: Store, worker: str, target: Target) -> bool:
+    """Whether a worker is to build a table that it claimed: of several, one is.
+
+    A table that was published while it was claimed is there: then the claim ends.
+    """
     claim = claim_of(store, target)
-    return claim is not None and claim.worker == worker
+    if claim is None or claim.worker != worker:
+        return False
+    key = TableKey(target.model, target.version, target.discount, Precision.FULL)
+    if key not in stored.keys(store):
+        return True
+    index_builds.end(store, target)
+    return False
 
 
 def claim_of(store: Store, target: Target) -> Claim | None:

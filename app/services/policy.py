@@ -15,6 +15,7 @@ from app.storage.store import Store
 
 DEFAULT = "exact_rollout"
 DISCOUNT = 0.95  # of the default
+GUARD = "guard"  # puts policies in force, too, as if it were a key
 WITHOUT_TABLES: Mapping[str, object] = {"base": "myopic", "horizon": 5, "leaf": "none"}
 
 
@@ -113,6 +114,27 @@ def roll_back(store: Store, note: str, by: str) -> Present:
             store, known, restored.name, restored.params, note, by, restored.version
         )
     )
+
+
+def fall_back(
+    store: Store, known: Revision, name: str, params: Mapping[str, object], note: str
+) -> Present:
+    """Put a policy in force for the guard, if the one known is in force still."""
+    return _usable(_activate(store, known, name, params, note, GUARD))
+
+
+def put_back(store: Store, known: Revision, note: str) -> Present:
+    """Undo the swap to the policy known, for the guard, if that is in force still."""
+    before = find_policy(store, known.policy - 1)
+    origin = before.restores or before.version
+    return _usable(
+        _activate(store, known, before.name, before.params, note, GUARD, origin)
+    )
+
+
+def has_fallen(present: PolicyVersion) -> bool:
+    """Whether the guard has put this policy in place of another."""
+    return present.by == GUARD and present.restores is None
 
 
 def _activate(  # noqa: PLR0913, PLR0917 - the columns of a policy

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 from uuid import UUID
 
 import sqlalchemy as sa
@@ -64,6 +64,29 @@ HISTORY = (
     .order_by(plays.c.closed, plays.c.place)
     .limit(sa.bindparam("limit"))
 )
+LOG = (
+    sa.select(
+        plays.c.user_id,
+        items.c.id.label("item"),
+        plays.c.closed,
+        plays.c.place,
+        plays.c.signal,
+        plays.c.created_at,
+        plays.c.propensity,
+    )
+    .join(items, items.c.serial == plays.c.item)
+    .where(
+        plays.c.closed.is_not(None),
+        sa.tuple_(plays.c.user_id, plays.c.closed, plays.c.place)
+        > sa.tuple_(
+            sa.bindparam("user", type_=sa.String),
+            sa.bindparam("slot", type_=sa.Integer),
+            sa.bindparam("place", type_=sa.Integer),
+        ),
+    )
+    .order_by(plays.c.user_id, plays.c.closed, plays.c.place)
+    .limit(sa.bindparam("limit"))
+)
 KEYS = sa.select(plays.c.idempotency_key).where(
     plays.c.user_id == sa.bindparam("user"), plays.c.idempotency_key.is_not(None)
 )
@@ -99,6 +122,18 @@ class ClosedPlay:
     item: int
     slot: int
     signal: str
+
+
+class LogRow(NamedTuple):
+    """As much of a closed play as models are learned from. `item`: its id."""
+
+    user: str
+    item: str
+    closed: int
+    place: int
+    signal: str
+    created_at: datetime
+    propensity: float | None
 
 
 def insert(store: Store, play: Play) -> None:
@@ -166,6 +201,13 @@ def history(
     slot, place = after
     given = {"user": user, "slot": slot, "place": place, "limit": limit}
     return store.rows(HISTORY, given)
+
+
+def log(store: Store, after: tuple[str, int, int], limit: int) -> Sequence[LogRow]:
+    """Closed plays of all users after a user's position, user by user, in order."""
+    user, slot, place = after
+    given = {"user": user, "slot": slot, "place": place, "limit": limit}
+    return [LogRow._make(row) for row in store.rows(LOG, given)]
 
 
 def idempotency_keys(store: Store, user: str) -> set[str]:

@@ -11,6 +11,8 @@ SET_CATALOGUE = tables.revision.update().values(
     catalogue=sa.bindparam("to_catalogue"), epoch=sa.bindparam("to_epoch")
 )
 SET_POLICY = tables.revision.update().values(policy=sa.bindparam("to_policy"))
+CHECKS = sa.select(tables.revision.c.guard)
+SET_CHECKS = tables.revision.update().values(guard=sa.bindparam("to_guard"))
 
 
 def current(store: Store) -> Revision:
@@ -45,3 +47,15 @@ def advance_policy(store: Store, known: Revision) -> int:
     store.rely_on_revision("policy", known.policy)
     store.write(SET_POLICY, {"to_policy": version})
     return version
+
+
+def checks(store: Store) -> int:
+    """How often the guard has checked."""
+    row = store.row(CHECKS)
+    return 0 if row is None else int(row.guard)
+
+
+def advance_checks(store: Store, known: int) -> None:
+    """Note a check by the guard, written only if none came before it."""
+    store.rely_on_revision("guard", known)
+    store.write(SET_CHECKS, {"to_guard": known + 1})

@@ -47,6 +47,7 @@ revision = sa.Table(
     sa.Column("catalogue", sa.Integer, nullable=False),
     sa.Column("epoch", sa.Integer, nullable=False),
     sa.Column("policy", sa.Integer, nullable=False),
+    sa.Column("guard", sa.Integer, nullable=False, server_default="0"),
     sa.CheckConstraint("id = 1", name="single"),
 )
 
@@ -206,6 +207,31 @@ index_builds = sa.Table(
     sa.Column("worker", sa.String(32), nullable=False),
     sa.Column("renewed_at", Instant, nullable=False),
     sa.Column("progress", sa.Double, nullable=False),
+)
+
+guard = sa.Table(
+    "guard",
+    metadata,
+    sa.Column("id", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("after", sa.Uuid, nullable=False),
+    sa.Column("checked_at", Instant, nullable=False),
+    sa.CheckConstraint("id = 1", name="single"),
+)
+
+judgements = sa.Table(
+    "judgements",
+    metadata,
+    sa.Column("model", ID, primary_key=True),
+    sa.Column("version", sa.Integer, nullable=False),
+    sa.Column("policy", sa.Integer, nullable=False),
+    sa.Column("state", sa.String(8), nullable=False),
+    sa.Column("since", Instant, nullable=False),
+    sa.Column("streak", sa.Integer, nullable=False),
+    sa.Column("falls", sa.Integer, nullable=False),
+    sa.Column("answers", sa.Integer, nullable=False),
+    sa.Column("fresh", sa.Integer, nullable=False),
+    sa.Column("scores", sa.JSON(none_as_null=True), nullable=True),
+    sa.Column("outcomes", sa.LargeBinary, nullable=False),
 )
 
 keys = sa.Table(

@@ -193,7 +193,7 @@ def _because_of_structure(parts: Parts) -> Judged:
     without = {_order(row) for row in (same, exact, ordered[1])}
     if without == {-1}:
         return Verdict.REPRODUCED, evidence
-    if clicks == {-1} and -1 not in without:
+    if _order(paper) < 0 and -1 not in without:
         return Verdict.EXPLAINED, evidence
     if 1 in clicks:
         return Verdict.NOT_REPRODUCED, evidence

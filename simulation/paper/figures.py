@@ -308,9 +308,11 @@ def _items(figure: Figure, parts: Mapping[str, Part]) -> None:
     left, right = figure.subplots(1, 2)
     for label in dict.fromkeys(row.label for row in part.rows):
         rows = [row for row in part.rows if row.label == label]
-        _line(left, rows, label, "mean")
+        if label != MYOPIC:
+            _line(left, rows, label, "difference")
         _line(right, rows, label, "decision_us")
-    left.set_ylabel(REWARD)
+    left.axhline(0, color=LOOKS[MYOPIC].colour, lw=1, label=MYOPIC)
+    left.set_ylabel(f"{REWARD} above myopic")
     right.set_ylabel("time of a decision, µs")
     right.set_yscale("log")
     for axes in (left, right):

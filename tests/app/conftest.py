@@ -86,6 +86,7 @@ def settings(database_url: str) -> Settings:
         bootstrap_key=ADMIN,
         log_level="error",
         index_tables="off",
+        guard="off",
     )
 
 

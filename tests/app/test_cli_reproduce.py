@@ -84,7 +84,10 @@ def test_a_signal_ends_it_at_once_with_its_processes(
             assert process.poll() is None
             time.sleep(0.1)
         process.send_signal(by)
-        out, err = process.communicate(timeout=60)
+        try:
+            out, err = process.communicate(timeout=120)
+        finally:
+            process.kill()
 
     assert (process.returncode, out, err) == (130, "", "")
     assert [*results.glob("*.new")] == []

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from policies import Mixture, choose
+from policies import Mixture, chances, choose
 
 SEEDS = st.integers(0, 2**63 - 1)
 
@@ -99,6 +99,42 @@ def test_propensities_of_a_mixture_are_what_counting_finds() -> None:
     for item, won in wins.items():
         spread = np.sqrt(draws * chance[item] * (1 - chance[item]))
         assert abs(won - draws * chance[item]) < 4.5 * spread
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    st.integers(1, 3).flatmap(
+        lambda rows: st.lists(
+            st.tuples(
+                st.lists(st.integers(0, 2), min_size=rows, max_size=rows),
+                st.integers(0, 3),
+            ),
+            min_size=1,
+            max_size=6,
+        ).filter(lambda groups: any(count for _, count in groups))
+    ),
+    SEEDS,
+)
+def test_the_chances_of_all_items_are_the_propensities_of_choices(
+    groups: list[tuple[list[int], int]], seed: int
+) -> None:
+    scores = np.array([row for row, _ in groups], dtype=np.float64).T
+    count = np.array([items for _, items in groups])
+    mixture = Mixture(np.full(len(scores), 1 / len(scores)), scores)
+
+    found = chances(mixture, count)
+
+    choice = choose(mixture, count, seed)
+    assert found[choice.group] == choice.propensity
+    assert found @ count == pytest.approx(1)
+    assert not found[count == 0].any()
+
+
+def test_chances_need_items_and_finite_scores() -> None:
+    with pytest.raises(ValueError, match="nothing"):
+        chances(np.zeros(2), np.zeros(2, dtype=np.int64))
+    with pytest.raises(ValueError, match="finite"):
+        chances(np.array([0.0, np.nan]), np.ones(2, dtype=np.int64))
 
 
 def test_places_draw_alone() -> None:

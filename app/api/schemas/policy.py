@@ -65,7 +65,12 @@ class PolicyInForce(Form):
     ]
     note: str
     activated_at: datetime
-    by: Annotated[str, Field(description="id of the key that put it in force")]
+    by: Annotated[
+        str,
+        Field(
+            description="id of the key that put it in force, else `encore` or `guard`"
+        ),
+    ]
     restores: Annotated[
         int | None, Field(description="the version that a rollback went back to")
     ]

@@ -1,0 +1,71 @@
+"""How sure a learned chain is: learned again from users drawn with replacement."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from learning.chain import Chain
+from learning.em import PARTS, Climb, Learned, Spread, Terms
+from learning.maximization import Smoothing
+from learning.streams import Streams
+from policies import Floats
+
+LEVEL = 0.95
+STEPS = 12  # E steps from the chain that all users gave
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Intervals:
+    """95 % intervals of a chain's parameters, by resampling users.
+
+    Attributes:
+        low: lower ends, in the form of a chain.
+        high: upper ends.
+    """
+
+    low: Chain
+    high: Chain
+
+
+def intervals(
+    streams: Streams,
+    learned: Learned,
+    reward: Floats,
+    smoothing: Smoothing,
+    *,
+    draws: int = 40,
+    seed: int = 0,
+    spread: Spread = map,
+) -> Intervals:
+    """Learn again, from the chain that was learned, with users drawn anew.
+
+    Args:
+        streams: what was seen.
+        learned: from it.
+        reward: (K,) worth of each signal.
+        smoothing: what was imagined beside it.
+        draws: how many.
+        seed: of the draws.
+        spread: how the work is spread.
+    """
+    rng = np.random.default_rng(seed)
+    users, row = np.unique(streams.user, return_inverse=True)
+    found: list[Chain] = []
+    for _ in range(draws):
+        times = np.bincount(
+            rng.integers(0, len(users), len(users)), minlength=len(users)
+        )
+        weighed = streams.weighing(streams.weight * times[row])
+        climb = Climb(weighed.parts(PARTS), learned.chain, Terms(smoothing), spread)
+        climb.on(STEPS, 0.0)
+        found.append(climb.chain.ordered(reward, climb.counts))
+    return Intervals(*(_quantile(found, q) for q in ((1 - LEVEL) / 2, (1 + LEVEL) / 2)))
+
+
+def _quantile(chains: Sequence[Chain], share: float) -> Chain:
+    play, rest, observe, prior = (
+        np.quantile([getattr(chain, name) for chain in chains], share, axis=0)
+        for name in ("play", "rest", "observe", "prior")
+    )
+    return Chain(play, rest, observe, prior, chains[0].in_time)
