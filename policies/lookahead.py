@@ -18,7 +18,7 @@ from policies.arrays import Floats, Ints
 from policies.bayes import IMPOSSIBLE, like_chance, move
 from policies.compiled import compiled, inner, variable
 from policies.index import value_of
-from policies.moves import lift_of
+from policies.moves import are_moody, lift_of, row_in
 from policies.tree import (
     NO_LEAF,
     SUM_LEAF,
@@ -102,12 +102,12 @@ def first_plays(tree: Tree, depth: int, ceiling: Ceiling, prune: bool) -> Floats
 @compiled
 def _shared(tree: Tree, depth: int, ceiling: Ceiling) -> Shared:
     """Follow the bases from level 1 as if nothing were played at level 0."""
-    value = np.zeros((2 if tree.moves.classes > 1 else 1, tree.bases))
+    value = np.zeros((2 if are_moody(tree.moves) else 1, tree.bases))
     if depth == 1:
         tree.level[0].played = -1
         pass_slot(tree, 0)
         for way in range(len(value)):
-            if len(value) > 1:
+            if are_moody(tree.moves):
                 feel(tree.moves.rule, tree.level, 0, way)
             for b in range(tree.bases):
                 value[way, b] = follow(tree, b, variable(1))
@@ -127,7 +127,7 @@ def _most(tree: Tree, ceiling: Ceiling) -> Floats:
         m = tree.group[g]
         reward = max(reward, ceiling.reward[m])
         for mood in range(tree.moves.classes):  # of another play in this slot
-            chances = m * tree.moves.classes + mood
+            chances = row_in(tree.moves, m, mood)
             now = like_chance(tree.moves.like, chances, tree.schedule.belief, g)
             reward = max(reward, now)
         leaf = max(leaf, ceiling.leaf[m])
@@ -160,7 +160,7 @@ def _first_play(
             future = shared.most[1]
             if bounded == 0:
                 future = _best(tree, variable(1), depth, shared.most)
-        way = liked(tree, tree.group[g], signal) if len(shared.value) > 1 else 0
+        way = liked(tree, tree.group[g], signal) if are_moody(tree.moves) else 0
         for b in range(tree.bases if depth == 1 else 0):
             apart, value = _apart(tree, b, g, way, shared)
             if not apart:
@@ -201,7 +201,7 @@ def _wanted(
 ) -> bool:
     """Say whether base b might play an item at level h, in a mood that it was in."""
     score = value_of(tree.scores, b, m, tree.belief, at, rested, tree.corners)
-    if tree.moves.classes == 1:
+    if not are_moody(tree.moves):
         return bool(score >= shared.lowest[b, h, 0])
     lifts = tree.scores.place[b, m].lifts == 1
     for mood in range(tree.moves.classes):

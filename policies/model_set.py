@@ -17,6 +17,7 @@ from policies.mood import (
     Rule,
     class_of,
     next_state,
+    paused,
 )
 
 LEVELS = 41  # rests of up to 2^41 - 1 slots
@@ -96,6 +97,15 @@ class ModelSet(NamedTuple):
             resumed: whether a play comes after a pause.
         """
         return 0 if self.classes == 1 else class_of(self.rule, state, resumed)
+
+    def resumed(self, waited_s: float | None) -> bool:
+        """Return whether a play comes after a pause that makes a mood of its own.
+
+        Args:
+            waited_s: seconds since the last play; None: it is the first, or nobody
+                knows.
+        """
+        return paused(self.rule, waited_s)
 
     def mood_after(self, state: MoodState, m: int, signal: int) -> MoodState:
         """Return what a mood follows from after a signal of model m, NONE if none."""

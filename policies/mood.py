@@ -38,8 +38,8 @@ NEUTRAL = MoodState()
 
 
 # How answers make a mood, as compiled code takes it, quickly: one array. The answers
-# told apart, the least weight of one in the tendency, whether a play after a pause has
-# a mood of its own, and the levels.
+# told apart, the least weight of one in the tendency, the seconds after which a play
+# has a mood of its own (0: none has), and the levels.
 Rule: TypeAlias = Floats
 ANSWERS, WEIGHT, PAUSES, LEVELS = 0, 1, 2, 3
 
@@ -66,6 +66,11 @@ def next_state(rule: Rule, state: MoodState, liked: int) -> MoodState:
     step = max(1.0 / (state.told + 2.0), rule[WEIGHT])
     tendency = state.tendency + step * (liked - state.tendency)
     return MoodState(recent, state.told + 1, tendency)
+
+
+def paused(rule: Rule, waited_s: float | None) -> bool:
+    """Return whether a play has the mood that follows a pause; see `Mood.of`."""
+    return waited_s is not None and bool(0.0 < rule[PAUSES] < waited_s)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,57 +124,57 @@ class Mood:
             waited_s: seconds since the last play; None: it is the first, or nobody
                 knows.
         """
-        return class_of(self.rule, state, self.resumed(waited_s))
-
-    def resumed(self, waited_s: float | None) -> bool:
-        """Say whether a play so many seconds after the last one comes after a pause."""
-        return (
-            self.pause_s is not None
-            and waited_s is not None
-            and waited_s > self.pause_s
-        )
+        return class_of(self.rule, state, paused(self.rule, waited_s))
 
     def after(self, state: MoodState, liked: int) -> MoodState:
         """Return what follows an answer: 1 a like, 0 another, NONE none."""
         return MoodState(*next_state(self.rule, state, liked))
 
-    def along(self, first: Ints, liked: Ints, seconds: Floats | None) -> Ints:
+    def along(
+        self,
+        first: Ints,
+        liked: Ints,
+        seconds: Floats | None,
+        slots: Ints | None = None,
+    ) -> Ints:
         """Return (P,): the class of the mood before each play of a log.
+
+        The plays of a slot are all in the mood in which it begins, and a pause is one
+        between the beginnings of two slots.
 
         Args:
             first: (U + 1,) where each user's plays begin.
             liked: (P,) 1, 0 or NONE.
             seconds: (P,) when plays began; None: not known.
+            slots: (P,) in which they were; None: each in one of its own.
         """
-        known = seconds is not None
-        return _along(
-            self.rule,
-            as_ints(first),
-            as_ints(liked),
-            as_floats(seconds if seconds is not None else np.empty(0)),
-            self.pause_s if known and self.pause_s is not None else np.inf,
-        )
+        told = as_ints(liked)
+        when = np.zeros(len(told)) if seconds is None else seconds
+        slot = np.arange(len(told)) if slots is None else slots
+        return _along(self.rule, as_ints(first), told, as_floats(when), as_ints(slot))
 
     @property
     def rule(self) -> Rule:
         """Return what compiled code needs of it."""
         weight = 0.0 if self.memory is None else 1.0 / self.memory
-        pauses = self.pause_s is not None
-        return as_floats((self.answers, weight, pauses, *self.levels))
+        return as_floats((self.answers, weight, self.pause_s or 0.0, *self.levels))
 
 
 NO_RULE = Mood(answers=0, memory=None, levels=(), pause_s=None).rule
 
 
 @compiled
-def _along(rule: Rule, first: Ints, liked: Ints, seconds: Floats, pause: float) -> Ints:
+def _along(rule: Rule, first: Ints, liked: Ints, seconds: Floats, slots: Ints) -> Ints:
     found = np.empty(len(liked), dtype=np.int64)
     for u in range(len(first) - 1):
-        state = MoodState(1, 0, 0.5)
+        state, begun = MoodState(1, 0, 0.5), first[u]
         for p in range(first[u], first[u + 1]):
-            resumed = (
-                pause < np.inf and p > first[u] and seconds[p] - seconds[p - 1] > pause
-            )
-            found[p] = class_of(rule, state, resumed)
+            if p == first[u]:
+                found[p] = class_of(rule, state, False)
+            elif slots[p] == slots[begun]:
+                found[p] = found[begun]
+            else:
+                resumed = 0.0 < rule[PAUSES] < seconds[p] - seconds[begun]
+                found[p], begun = class_of(rule, state, resumed), p
             state = next_state(rule, state, liked[p])
     return found

@@ -23,6 +23,8 @@ class Moves(NamedTuple):
         reward: (M, K), worth of each signal.
         signals: (M,) number of signals.
         classes: C.
+        moody: empty where C is 1: a type of its own, so that code for moods is left out
+            when compiling.
         rule: by which answers make a mood, see `mood`.
     """
 
@@ -33,6 +35,7 @@ class Moves(NamedTuple):
     reward: Floats
     signals: Ints
     classes: int
+    moody: tuple[int, ...]
     rule: Rule
 
 
@@ -51,8 +54,21 @@ def moves(models: ModelSet) -> Moves:
         models.reward,
         models.signals,
         models.classes,
+        (1,) if models.classes > 1 else (),
         models.rule,
     )
+
+
+@inner
+def are_moody(moves: Moves) -> bool:
+    """Return whether there are moods, which is known when compiling."""
+    return len(moves.moody) > 0
+
+
+@inner
+def row_in(moves: Moves, m: int, mood: int) -> int:
+    """Return the row of what model m is in a mood."""
+    return m * moves.classes + mood if len(moves.moody) > 0 else m
 
 
 @inner

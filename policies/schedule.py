@@ -15,7 +15,7 @@ from policies.bayes import like_chance, move
 from policies.compiled import compiled, inner
 from policies.groups import Groups
 from policies.index import Index, value_of
-from policies.moves import Moves, lift_of
+from policies.moves import Moves, are_moody, lift_of, row_in
 
 
 class Schedule(NamedTuple):
@@ -57,16 +57,16 @@ def scheduled(
     schedule = Schedule(
         np.empty((slots * total, states)),
         np.empty(total),
-        np.empty((rows if moves.classes == 1 else rows + means, total)),
+        np.empty((rows + means if are_moody(moves) else rows, total)),
         np.full((rows, min(places, total)), -1),
         slots,
     )
-    first = 0 if moves.classes == 1 else rows
+    first = rows if are_moody(moves) else 0
     corners = grid.corners(states)
     for g in range(total):
         for i in range(states):
             schedule.belief[g, i] = groups.belief[g, i]
-        chances = groups.model[g] * moves.classes + mood
+        chances = row_in(moves, groups.model[g], mood)
         schedule.reward[g] = like_chance(moves.like, chances, schedule.belief, g)
     for slot in range(slots):
         for g in range(total):
@@ -78,7 +78,7 @@ def scheduled(
                 schedule.score[first + b * slots + slot, g] = value_of(
                     index, b, m, schedule.belief, row, rested, corners
                 )
-        for b in range(bases if moves.classes == 1 else 0):
+        for b in range(0 if are_moody(moves) else bases):
             _rank(schedule.score, b * slots + slot, schedule.order)
     return schedule
 

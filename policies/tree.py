@@ -21,7 +21,7 @@ from policies.compiled import compiled, inner
 from policies.groups import Groups
 from policies.index import Index, value_of
 from policies.mood import LIKED, MoodState, Rule, class_of, next_state
-from policies.moves import Moves, lift_of, tell
+from policies.moves import Moves, are_moody, lift_of, row_in, tell
 from policies.schedule import Schedule, rank_in, scheduled
 from policies.situation import Situation
 
@@ -140,7 +140,7 @@ def planted(
         level[h].slot = (chosen + h) // plays
         level[h].power = discount ** level[h].slot
         level[h].touched = chosen
-    if moves.classes > 1:
+    if are_moody(moves):
         mood = MoodState(int(now.mood[0]), int(now.mood[1]), now.mood[2])
         _enter(moves.rule, level, 0, mood, now.mood[3] > 0.0)
     item = np.zeros(room, dtype=ITEM)
@@ -148,9 +148,10 @@ def planted(
     for k in range(chosen):
         m = now.model[k]
         item[k].group, item[k].model = CHOSEN, m
+        chances = row_in(moves, m, 0)
         for signal in range(moves.signals[m]):
             for i in range(states):
-                belief[k] += now.belief[k, i] * moves.told[m * moves.classes, signal, i]
+                belief[k] += now.belief[k, i] * moves.told[chances, signal, i]
     return Tree(
         moves,
         index,
@@ -252,7 +253,7 @@ def answer(tree: Tree, h: int, signal: int) -> float:
     room, k = len(tree.item), tree.level[h].played
     at, m = h * room + k, tree.item[k].model
     chances = chances_of(tree, h, m)
-    if tree.moves.classes > 1:
+    if are_moody(tree.moves):
         feel(tree.moves.rule, tree.level, h, liked(tree, m, signal))
     return tell(tree.moves, chances, signal, tree.belief, at, tree.belief, at + room)
 
@@ -260,7 +261,7 @@ def answer(tree: Tree, h: int, signal: int) -> float:
 @inner
 def chances_of(tree: Tree, h: int, m: int) -> int:
     """Return the row of model m's chances in the mood of level h."""
-    return int(m * tree.moves.classes + tree.level[h].mood)
+    return int(row_in(tree.moves, m, tree.level[h].mood))
 
 
 @inner
@@ -303,8 +304,8 @@ def play_base(tree: Tree, b: int, h: int) -> float:
     Ties: the lowest group, untouched before touched, the first touched.
     """
     slot, mood = tree.level[h].slot, tree.level[h].mood
-    ranked = (b * tree.schedule.slots + slot) * tree.moves.classes + mood
-    if tree.moves.classes > 1 and tree.schedule.order[ranked, 0] < 0:
+    ranked = row_in(tree.moves, b * tree.schedule.slots + slot, mood)
+    if are_moody(tree.moves) and tree.schedule.order[ranked, 0] < 0:
         rank_in(tree.moves, tree.schedule, tree.group, tree.scores, ranked)
     row, best, score = len(tree.group), -1, -np.inf
     for rank in range(tree.schedule.order.shape[1]):
@@ -331,7 +332,7 @@ def play_base(tree: Tree, b: int, h: int) -> float:
 def score_of(tree: Tree, b: int, m: int, at: int, rested: float, mood: int) -> float:
     """Return the score that base b gives a touched item in a mood."""
     value = value_of(tree.scores, b, m, tree.belief, at, rested, tree.corners)
-    if tree.moves.classes > 1 and tree.scores.place[b, m].lifts == 1:
+    if are_moody(tree.moves) and tree.scores.place[b, m].lifts == 1:
         value += lift_of(tree.moves, m, mood, tree.belief, at)
     return value
 

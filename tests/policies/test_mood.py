@@ -88,16 +88,23 @@ def test_in_a_log_every_user_has_a_mood_for_himself(
     mood: Mood, users: list[list[int]], seed: int
 ) -> None:
     liked = [answer for user in users for answer in user]
-    gaps = np.random.default_rng(seed).choice([60.0, 4000.0], len(liked))
+    rng = np.random.default_rng(seed)
+    seconds = rng.choice([60.0, 4000.0], len(liked)).cumsum()
+    slots = rng.integers(0, 2, len(liked)).cumsum()
     first = np.cumsum([0, *map(len, users)])
-    expected = []
+    expected: list[int] = []
     for user, start in zip(users, first.tolist(), strict=False):
-        state = NEUTRAL
+        state, begun = NEUTRAL, start
         for p, answer in enumerate(user, start):
-            expected.append(mood.of(state, gaps[p] if p > start else None))
+            if p > start and slots[p] == slots[p - 1]:
+                expected.append(expected[-1])
+            else:
+                waited = seconds[p] - seconds[begun] if p > start else None
+                expected.append(mood.of(state, waited))
+                begun = p
             state = mood.after(state, answer)
 
-    found = mood.along(first, np.array(liked, dtype=np.int64), gaps.cumsum())
+    found = mood.along(first, np.array(liked, dtype=np.int64), seconds, slots)
 
     assert_array_equal(found, expected)
 
