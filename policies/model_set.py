@@ -5,17 +5,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from policies.arrays import Floats, Ints
+from policies.arrays import Floats, Ints, as_ints
 from policies.compiled import compiled
 from policies.model import InvalidModel, Model
 from policies.mood import (
     LIKED,
     NO_RULE,
     NONE,
+    Bools,
     Mood,
     MoodState,
     Rule,
     class_of,
+    course,
     next_state,
     paused,
 )
@@ -107,12 +109,31 @@ class ModelSet(NamedTuple):
         """
         return paused(self.rule, waited_s)
 
-    def mood_after(self, state: MoodState, m: int, signal: int) -> MoodState:
-        """Return what a mood follows from after a signal of model m, NONE if none."""
-        if self.classes == 1 or signal == NONE:
+    def liked(self, m: int, signal: int) -> int:
+        """Return 1 if a signal of model m is a like, 0 if another, NONE if none."""
+        return NONE if signal == NONE else int(self.reward[m, signal] >= LIKED)
+
+    def mood_after(self, state: MoodState, liked: int) -> MoodState:
+        """Return what a mood follows from after an answer, see `liked`."""
+        if self.classes == 1:
             return state
-        liked = int(self.reward[m, signal] >= LIKED)
         return MoodState(*next_state(self.rule, state, liked))
+
+    def mood_course(
+        self, liked: Ints, slots: Ints, resumed: Bools
+    ) -> tuple[Ints, MoodState]:
+        """Return the class of the mood in each play of a user's log.
+
+        Args:
+            liked: (P,) see `liked`.
+            slots: (P,) ascending; the plays of one are all in the mood it begins in.
+            resumed: (P,) whether a slot that begins there comes after a pause.
+
+        Returns:
+            (P,) classes, and what the mood of the last slot follows from.
+        """
+        found, state = course(self.rule, as_ints(liked), as_ints(slots), resumed)
+        return found, MoodState(*state)
 
     def separated(self) -> "ModelSet":
         """Return all samples as models of their own: of row 0, of row 1, and so on.

@@ -10,9 +10,12 @@ from itertools import pairwise
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from policies.arrays import Floats, Ints, as_floats, as_ints
 from policies.compiled import compiled, inner
+
+Bools: TypeAlias = NDArray[np.bool_]
 
 MOST_ANSWERS = 4
 MOST_LEVELS = 16
@@ -148,10 +151,12 @@ class Mood:
             seconds: (P,) when plays began; None: not known.
             slots: (P,) in which they were; None: each in one of its own.
         """
-        told = as_ints(liked)
-        when = np.zeros(len(told)) if seconds is None else seconds
-        slot = np.arange(len(told)) if slots is None else slots
-        return _along(self.rule, as_ints(first), told, as_floats(when), as_ints(slot))
+        known, bounds = as_ints(liked), as_ints(first)
+        slot = np.arange(len(known)) if slots is None else as_ints(slots)
+        resumed = np.zeros(len(known), dtype=np.bool_)
+        if seconds is not None and self.pause_s is not None:
+            resumed = _resumed(bounds, slot, seconds, self.pause_s)
+        return _along(self.rule, bounds, known, slot, resumed)
 
     @property
     def rule(self) -> Rule:
@@ -163,18 +168,52 @@ class Mood:
 NO_RULE = Mood(answers=0, memory=None, levels=(), pause_s=None).rule
 
 
+def _resumed(first: Ints, slot: Ints, seconds: Floats, pause_s: float) -> Bools:
+    """Return (P,): whether a play is the first of a slot that comes after a pause."""
+    user = np.repeat(np.arange(len(first) - 1), np.diff(first))
+    fresh = np.ones(len(slot), dtype=np.bool_)
+    fresh[1:] = (slot[1:] != slot[:-1]) | (user[1:] != user[:-1])
+    begun = np.flatnonzero(fresh)
+    again = user[begun[1:]] == user[begun[:-1]]
+    resumed = np.zeros(len(slot), dtype=np.bool_)
+    resumed[begun[1:]] = again & (np.diff(seconds[begun]) > pause_s)
+    return resumed
+
+
 @compiled
-def _along(rule: Rule, first: Ints, liked: Ints, seconds: Floats, slots: Ints) -> Ints:
+def _along(rule: Rule, first: Ints, liked: Ints, slots: Ints, resumed: Bools) -> Ints:
     found = np.empty(len(liked), dtype=np.int64)
     for u in range(len(first) - 1):
-        state, begun = MoodState(1, 0, 0.5), first[u]
-        for p in range(first[u], first[u + 1]):
-            if p == first[u]:
-                found[p] = class_of(rule, state, False)
-            elif slots[p] == slots[begun]:
-                found[p] = found[begun]
-            else:
-                resumed = 0.0 < rule[PAUSES] < seconds[p] - seconds[begun]
-                found[p], begun = class_of(rule, state, resumed), p
-            state = next_state(rule, state, liked[p])
+        _follow(rule, first[u], first[u + 1], liked, slots, resumed, found)
     return found
+
+
+@compiled
+def course(
+    rule: Rule, liked: Ints, slots: Ints, resumed: Bools
+) -> tuple[Ints, MoodState]:
+    """See `ModelSet.mood_course`."""
+    found = np.empty(len(liked), dtype=np.int64)
+    return found, _follow(rule, 0, len(liked), liked, slots, resumed, found)
+
+
+@inner
+def _follow(
+    rule: Rule,
+    first: int,
+    after: int,
+    liked: Ints,
+    slots: Ints,
+    resumed: Bools,
+    found: Ints,
+) -> MoodState:
+    """Write the moods of one user's plays; return what the last slot began with."""
+    state, begun = MoodState(1, 0, 0.5), first
+    before = state
+    for p in range(first, after):
+        if p == first or slots[p] != slots[begun]:
+            before, begun = state, p
+            found[p] = class_of(rule, state, resumed[p])
+        found[p] = found[begun]
+        state = next_state(rule, state, liked[p])
+    return before

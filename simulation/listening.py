@@ -82,7 +82,7 @@ class Listening:
         chances = true.rest[now.model, self.state]
         chances[item] = true.play[m, self.state[item]]
         belief = _after(now.models, now.model, now.belief, item, signal, now.mood_class)
-        mood = now.models.mood_after(now.mood, m, signal)
+        mood = now.models.mood_after(now.mood, now.models.liked(m, signal))
         return Listening(
             self.truth,
             Situation(now.models, now.model, belief, now.count, since, mood=mood),
@@ -91,7 +91,7 @@ class Listening:
             if self.truth.apart
             else belief,
             _drawn(chances, rng),
-            true.mood_after(self.felt, m, signal),
+            true.mood_after(self.felt, true.liked(m, signal)),
             resumed=False,
         )
 

@@ -170,7 +170,7 @@ def _enter(
         answer = _answer(settings, catalogue.model_of(serial), play)
         at = None if play.at is None else datetime.fromisoformat(play.at)
         last = standing.report(serial, answer, key, at, beside=last)
-        standing.learn(last.slot, serial, answer)
+        standing.learn(last, last.slot, answer)
         entered += 1
     if entered:
         standing.save()

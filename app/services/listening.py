@@ -130,7 +130,7 @@ def report_play(store: Store, live: Live, user_id: str, report: Report) -> Feedb
     answer = answer_of(model, report.reply)
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
     play = standing.report(serial, answer, report.key)
-    learned = standing.learn(play.slot, serial, answer)
+    learned = standing.learn(play, play.slot, answer)
     standing.save()
     return Feedback(play, answer.signal, standing.slot, learned=learned)
 

@@ -3,6 +3,10 @@
 Version 1, little endian: version (1 byte), states (1 byte), two bytes unused, number
 of entries (4 bytes); then as many int64 serials, ascending, as many int64 slots, and
 as many rows of float64 probabilities, one for each state.
+
+Version 2 goes on with the user's mood: slot, beginning, recent, told and tendency (8
+bytes each), resumed (1 byte), then a place and an answer (4 bytes each) for each of
+its answers.
 """
 
 import struct
@@ -12,11 +16,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 HEADER = struct.Struct("<BBHI")
-VERSION = 1
+MOOD = struct.Struct("<qqqqd?")
+ANSWER = struct.Struct("<ii")
+VERSION, WITH_MOOD = 1, 2
 
 
 class UnknownFormat(ValueError):
     """The bytes are not beliefs as this release writes them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Felt:
+    """What a user's mood follows from.
+
+    slot:    the last one that held plays, -1: none did
+    began:   when it did, in microseconds since 1970
+    recent, told, tendency: see `policies.MoodState`, as the slot began
+    resumed: whether it began after a pause
+    answers: of its plays, by place: 1 a like, 0 another
+    """
+
+    slot: int
+    began: int
+    recent: int
+    told: int
+    tendency: float
+    resumed: bool
+    answers: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,11 +52,13 @@ class Entries:
     serial: (K,) items, ascending
     slot:   (K,) slot of each belief, the one after the item was played
     belief: (K, S)
+    felt:   None: it is not kept, as no model has a mood
     """
 
     serial: NDArray[np.int64]
     slot: NDArray[np.int64]
     belief: NDArray[np.float64]
+    felt: Felt | None = None
 
     @classmethod
     def none(cls, states: int) -> "Entries":
@@ -40,12 +68,14 @@ class Entries:
 
 def pack(entries: Entries) -> bytes:
     count, states = entries.belief.shape
+    version = VERSION if entries.felt is None else WITH_MOOD
     return b"".join(
         (
-            HEADER.pack(VERSION, states, 0, count),
+            HEADER.pack(version, states, 0, count),
             entries.serial.astype("<i8", copy=False).tobytes(),
             entries.slot.astype("<i8", copy=False).tobytes(),
             entries.belief.astype("<f8", copy=False).tobytes(),
+            b"" if entries.felt is None else _pack_mood(entries.felt),
         )
     )
 
@@ -57,14 +87,35 @@ def unpack(packed: bytes, states: int) -> Entries:
     if len(packed) < HEADER.size:
         raise UnknownFormat(f"{len(packed)} bytes")
     version, width, _, count = HEADER.unpack_from(packed)
-    if version != VERSION or len(packed) != HEADER.size + count * (16 + 8 * width):
+    end = HEADER.size + count * (16 + 8 * width)
+    if not _ends_well(version, len(packed) - end):
         raise UnknownFormat(f"version {version}, {count} entries, {len(packed)} bytes")
+    felt = None if version == VERSION else _unpack_mood(packed[end:])
     writable = bytearray(packed)
     integers = np.frombuffer(writable, "<i8", 2 * count, HEADER.size)
     after = HEADER.size + 16 * count
     belief = np.frombuffer(writable, "<f8", count * width, after)
     fitted = _fitted(belief.reshape(count, width), states)
-    return Entries(integers[:count], integers[count:], fitted)
+    return Entries(integers[:count], integers[count : 2 * count], fitted, felt)
+
+
+def _ends_well(version: int, left: int) -> bool:
+    """Whether so many bytes after the beliefs are what a version has there."""
+    if version == WITH_MOOD:
+        return left >= MOOD.size and (left - MOOD.size) % ANSWER.size == 0
+    return version == VERSION and left == 0
+
+
+def _pack_mood(felt: Felt) -> bytes:
+    state = (felt.recent, felt.told, felt.tendency, felt.resumed)
+    answers = (ANSWER.pack(*answer) for answer in felt.answers)
+    return MOOD.pack(felt.slot, felt.began, *state) + b"".join(answers)
+
+
+def _unpack_mood(packed: bytes) -> Felt:
+    answers = tuple(ANSWER.iter_unpack(packed[MOOD.size :]))
+    slot, began, recent, told, tendency, resumed = MOOD.unpack_from(packed)
+    return Felt(slot, began, recent, told, tendency, resumed, answers)
 
 
 def _fitted(belief: NDArray[np.float64], states: int) -> NDArray[np.float64]:

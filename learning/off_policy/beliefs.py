@@ -97,6 +97,6 @@ class Listener:
         models = self._catalogue.models
         mood = models.mood_class(beliefs.mood, beliefs.resumed)
         after = answered(models, model, before, signal, mood)
-        self._mood = models.mood_after(self._mood, model, signal)
+        self._mood = models.mood_after(self._mood, models.liked(model, signal))
         self._belief[row] = after.belief
         self._slot[row] = slot + 1
