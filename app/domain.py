@@ -119,6 +119,32 @@ class ItemModel:
 
 
 @dataclass(frozen=True, slots=True)
+class Publication:
+    """Models that went live together, and items that went to them.
+
+    number:    counts publications, from 1
+    catalogue: in which they went live
+    digest:    of the candidate
+    models:    version of each model that changed, by id
+    items:     how many went to another model
+    verdict:   what the gate found
+    undone_at: when it was taken back, None: it was not
+    """
+
+    number: int
+    catalogue: int
+    digest: str
+    models: Mapping[str, int]
+    items: int
+    verdict: Mapping[str, object]
+    note: str
+    at: datetime
+    by: str
+    undone_at: datetime | None = None
+    undone_by: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Item:
     """Something that can be played. `serial` counts items in order of arrival."""
 

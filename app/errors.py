@@ -180,6 +180,11 @@ class NoEarlierPolicy(Conflict):
     title = "There is no earlier policy to return to"
 
 
+class NoPublication(Conflict):
+    code = "no_publication"
+    title = "There is no publication to take back"
+
+
 class Unauthorized(ClientError):
     status = HTTPStatus.UNAUTHORIZED
     code = "unauthorized"

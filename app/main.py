@@ -25,6 +25,7 @@ from app.api import (
     metrics,
     models,
     problems,
+    publications,
     users,
 )
 from app.api import (
@@ -48,6 +49,7 @@ ROUTERS = (
     models.router,
     admin.router,
     guard.router,
+    publications.router,
     bounds.router,
     key_routes.router,
     health.router,

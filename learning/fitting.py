@@ -6,10 +6,10 @@ import numpy as np
 
 from learning.chain import Chain
 from learning.em import Effort, Learned, Spread, Terms, beginnings, learn
-from learning.expectation import chances
 from learning.maximization import Smoothing
 from learning.mixture import Types, learn_types
 from learning.plays import NONE, Bools, Plays
+from learning.prediction import predicted
 from learning.streams import Streams, streams
 from policies import Floats, Ints
 from policies.mood import Mood
@@ -112,16 +112,9 @@ def expected(plays: Plays, fitted: Fitted) -> Floats:
 
     An arm follows its likeliest type, as an item does in the service.
     """
-    mood = moods_of(plays, fitted.recipe.mood)
-    seen = streams(plays, mood, in_time=fitted.recipe.in_time)
-    kind = fitted.types.of_arms[seen.arm]
-    found = np.empty((len(plays), len(plays.signals)))
-    for k, chain in enumerate(fitted.types.chains):
-        own = kind == k
-        if own.any():
-            rows = np.repeat(own, np.diff(seen.first))
-            found[seen.row[rows]] = chances(seen, chain)[rows]
-    return found
+    recipe, types = fitted.recipe, fitted.types
+    mood = moods_of(plays, recipe.mood)
+    return predicted(plays, types.chains, types.of_arms, mood, in_time=recipe.in_time)
 
 
 @dataclass(frozen=True, slots=True)

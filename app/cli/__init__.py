@@ -32,6 +32,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "bound": ("simulate", "The same: compare with what no policy can exceed."),
         "reproduce": ("reproduce", "Simulate the paper's examples; draw its figures."),
         "fit": ("fit", "Learn models from a log of plays."),
+        "publish": ("publish", "Put learned models in force, if they pass the gate."),
         "evaluate": ("evaluate", "Score models on held-out plays, beside others."),
         "audit": ("audit", "Compute all beliefs anew from the log, and compare."),
         "rebuild": ("rebuild", "Replace beliefs by what the log says."),

@@ -5,7 +5,8 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -17,11 +18,13 @@ from app.cli import logs
 from app.cli.console import AsJson, Failed, note, say, show_json, show_table
 from app.cli.files import make_folder
 from app.cli.session import DatabaseUrl
-from app.services import fits
+from app.services import candidates, fits
 from app.services.fits import Naming
 from learning import NONE, Plays
 from learning.em import Effort, Learned
-from learning.fitting import Fitted, Recipe, fit
+from learning.evaluation import Score
+from learning.fitting import Fitted, Recipe, fit, moods_of
+from learning.held_out import Split, latest_apart
 from learning.identification import Identification, identify
 from learning.resampling import Intervals, intervals
 from learning.streams import streams
@@ -31,12 +34,17 @@ SLOT_S = 240.0  # about a song
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """What was learned, and how sure it is."""
+    """What was learned, and how sure it is.
+
+    judged: scores of the plays that were held out, by forecaster; empty: there are none
+    """
 
     plays: Plays
+    split: Split
     fitted: Fitted
     identified: Identification
     spread: Intervals | None
+    judged: Sequence[Score]
     seconds: float
 
 
@@ -63,9 +71,20 @@ def command(
     clock: Annotated[
         bool, typer.Option("--clock", help="Interest rests by time, not by plays.")
     ] = False,
+    mood: Annotated[
+        bool, typer.Option("--mood", help="Likes also depend on the last answers.")
+    ] = False,
     slot_s: Annotated[
         float, typer.Option(min=1.0, help="With --clock: seconds of a slot.")
     ] = SLOT_S,
+    held_out: Annotated[
+        float,
+        typer.Option(
+            min=0.0,
+            max=0.9,
+            help="Share of plays, the latest, that are judged by.",
+        ),
+    ] = 0.2,
     starts: Annotated[int, typer.Option(min=1, help="Beginnings that are tried.")] = 6,
     steps: Annotated[
         int, typer.Option(min=1, help="E steps from the best, at most.")
@@ -93,31 +112,40 @@ def command(
     }
     wanted = logs.Wanted(files or (), columns, unit, spotify, database_url)
     effort = Effort(starts=starts, steps=steps, seed=seed)
-    recipe = Recipe(states=states, types=types, in_time=clock, effort=effort)
     make_folder(out)
     plays = logs.read(wanted)
-    found = _found(plays, recipe, draws)
+    recipe = Recipe(
+        states=states,
+        types=types,
+        mood=fits.usual_mood(plays) if mood else None,
+        in_time=clock,
+        effort=effort,
+    )
+    found = _found(plays, latest_apart(plays, held_out), recipe, draws)
     source = f"encore fit {__version__}, {len(plays)} plays"
     naming = Naming(name, source, slot_s)
-    fits.write(out, "models.ndjson", fits.model_lines(found.fitted, plays, naming))
-    fits.write(out, "items.ndjson", fits.item_lines(found.fitted, plays, naming))
-    report = _report(found)
-    fits.write(out, "report.json", iter([json.dumps(report, indent=1)]))
+    models = fits.model_lines(found.fitted, plays, naming)
+    fits.write(out, candidates.MODELS, models)
+    fits.write(out, candidates.ITEMS, fits.item_lines(found.fitted, plays, naming))
+    report = {**_report(found), "digest": candidates.digest_of(out)}
+    fits.write(out, candidates.REPORT, iter([json.dumps(report, indent=1)]))
     if as_json:
         show_json(report)
     else:
         _show(found, out)
 
 
-def _found(plays: Plays, recipe: Recipe, draws: int) -> Found:
+def _found(plays: Plays, split: Split, recipe: Recipe, draws: int) -> Found:
     """Learn, on all processors."""
     began = time.perf_counter()
+    learned = plays.of(split.learned)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         try:
-            fitted = fit(plays, recipe, pool.map)
+            fitted = fit(learned, recipe, pool.map)
         except ValueError as error:
             raise Failed(f"{error}.") from error
-        seen = streams(plays, in_time=recipe.in_time)
+        mood = moods_of(learned, recipe.mood)
+        seen = streams(learned, mood, in_time=recipe.in_time)
         identified = identify(seen, fitted.whole, recipe.smoothing, pool.map)
         spread = None
         if draws:
@@ -132,7 +160,12 @@ def _found(plays: Plays, recipe: Recipe, draws: int) -> Found:
                 seed=seed,
                 spread=pool.map,
             )
-    return Found(plays, fitted, identified, spread, time.perf_counter() - began)
+        plain = None
+        if recipe.mood is not None:
+            plain = fit(learned, replace(recipe, mood=None), pool.map)
+    judged = fits.judged(plays, split.learned, fitted, plain)
+    seconds = time.perf_counter() - began
+    return Found(plays, split, fitted, identified, spread, judged, seconds)
 
 
 def _report(found: Found) -> Mapping[str, object]:
@@ -141,12 +174,16 @@ def _report(found: Found) -> Mapping[str, object]:
     recipe = found.fitted.recipe
     return {
         "encore": __version__,
+        "made_at": datetime.now(UTC).isoformat(),
+        "learned_until": candidates.moment(found.split.until),
         "plays": len(plays),
+        "learned": int(found.split.learned.sum()),
         "answered": int((plays.answer != NONE).sum()),
         "users": len(plays.users),
         "items": len(plays.arms),
         "states": recipe.states,
         "clock": recipe.in_time,
+        "mood": None if recipe.mood is None else asdict(recipe.mood),
         "items_by_model": kinds.tolist(),
         "likelihood": whole.counts.likelihood,
         "steps": len(whole.risen),
@@ -154,6 +191,7 @@ def _report(found: Found) -> Mapping[str, object]:
         "others": list(whole.others),
         "identification": _identification(found.identified),
         "intervals": None if found.spread is None else _intervals(found.spread),
+        "held_out": {score.forecaster: score.summary() for score in found.judged},
         "seconds": round(found.seconds, 3),
     }
 
@@ -179,10 +217,10 @@ def _intervals(spread: Intervals) -> Mapping[str, object]:
 
 def _show(found: Found, out: Path) -> None:
     types, whole = found.fitted.types, found.fitted.whole
-    reward = np.array(found.plays.reward)
+    reward, shares = np.array(found.plays.reward), found.fitted.shares
     kinds = np.bincount(types.of_arms, minlength=len(types.chains)).tolist()
     rows = [
-        (str(number), str(kinds[number - 1]), _numbers(chain.observe[0] @ reward),
+        (str(number), str(kinds[number - 1]), _numbers(shares @ (chain.observe @ reward)),
          _numbers(np.diagonal(chain.play)), _numbers(chain.prior))
         for number, chain in enumerate(types.chains, 1)
     ]  # fmt: skip
@@ -190,19 +228,30 @@ def _show(found: Found, out: Path) -> None:
     show_table(columns, rows)
     say()
     say(_told(whole, found))
+    if found.judged:
+        say(_compared(found))
     for warning in (*found.identified.warnings, *_unsettled(found)):
         note(f"Warning: {warning}")
     say(f"{out}/models.ndjson, {out}/items.ndjson, {out}/report.json")
 
 
 def _told(whole: Learned, found: Found) -> str:
-    per_answer = -whole.counts.likelihood / max((found.plays.answer != NONE).sum(), 1)
+    learned = found.plays.of(found.split.learned)
+    per_answer = -whole.counts.likelihood / max((learned.answer != NONE).sum(), 1)
     return (
-        f"{len(found.plays)} plays of {len(found.plays.users)} users: log loss"
+        f"{len(learned)} plays of {len(np.unique(learned.user))} users: log loss"
         f" {per_answer:.4f} on what it was learned from, after {len(whole.risen)} steps"
         f" and {found.seconds:.0f} s. The log tells {found.identified.states} states"
         " apart."
     )
+
+
+def _compared(found: Found) -> str:
+    held = len(found.plays) - int(found.split.learned.sum())
+    losses = ", ".join(
+        f"{score.forecaster} {score.log_loss:.4f}" for score in found.judged
+    )
+    return f"Log loss on the {held} plays that were held out: {losses}."
 
 
 def _unsettled(found: Found) -> Sequence[str]:

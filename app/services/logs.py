@@ -4,6 +4,7 @@ from array import array
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -115,7 +116,7 @@ def _plays(gathered: Columns, names: Sequence[str], reward: Sequence[float]) -> 
 
 def _ascending(seconds: Floats, user: Ints) -> Floats:
     """Times that never fall within a user: of an import they may be anything."""
-    high = seconds.max() - seconds.min() + 1.0
-    apart = user * 2 * high
-    raised: Floats = np.maximum.accumulate(seconds - seconds.min() + apart) - apart
+    raised = seconds.copy()
+    for first, end in pairwise(np.flatnonzero(np.diff(user, prepend=-1, append=-1))):
+        np.maximum.accumulate(seconds[first:end], out=raised[first:end])
     return raised

@@ -72,6 +72,11 @@ def put_all(
     revision.rely_on_policy(store, known)
     catalogue = revision.advance_catalogue(store, known, new_epoch=moved)
     index_tables.insert(store, tables, catalogue)
+    insert(store, changed, catalogue, by)
+
+
+def insert(store: Store, changed: Sequence[ItemModel], catalogue: int, by: str) -> None:
+    """Note new versions of models, in use from a catalogue on."""
     for model in changed:
         models.insert(store, replace(model, catalogue=catalogue))
         detail = {"version": model.version}
@@ -85,7 +90,7 @@ def outcome(store: Store, new: NewModel) -> Outcome:
         version = 1 if present is None else present.version + 1
         return Outcome(_version(new, version), Change.CREATED)
     becomes = _version(new, present.version + 1)
-    if _description(becomes) == _description(present):
+    if description(becomes) == description(present):
         return Outcome(present, Change.UNCHANGED)
     if _chances(becomes) == _chances(present) or not models.count_items(store, new.id):
         return Outcome(becomes, Change.REPLACED)
@@ -104,16 +109,18 @@ def retire(store: Store, model_id: str, by: str) -> None:
             " put them to another model first.",
             Fault("model", f"used by {count} items", model_id),
         )
-    now = datetime.now(UTC)
+    catalogue = revision.advance_catalogue(store, known, new_epoch=False)
+    end(store, present, catalogue, by)
+
+
+def end(store: Store, present: ItemModel, catalogue: int, by: str) -> None:
+    """Note that a model is in use no longer."""
+    now, version = datetime.now(UTC), present.version + 1
     last = replace(
-        present,
-        version=present.version + 1,
-        created_at=now,
-        catalogue=revision.advance_catalogue(store, known, new_epoch=False),
-        retired=True,
+        present, version=version, created_at=now, catalogue=catalogue, retired=True
     )
     models.insert(store, last)
-    audit.note(store, now, by, "delete_model", model_id)
+    audit.note(store, now, by, "delete_model", present.id)
 
 
 def warnings(model: ItemModel) -> Sequence[str]:
@@ -149,7 +156,8 @@ def _chances(model: ItemModel) -> tuple[object, ...]:
     return *chains, replace(model.signals, fractions=None)
 
 
-def _description(model: ItemModel) -> tuple[object, ...]:
+def description(model: ItemModel) -> tuple[object, ...]:
+    """What a client tells of a model; versions that differ in nothing are one."""
     fractions = None if model.signals is None else model.signals.fractions
     return _chances(model), model.states, fractions, model.source
 

@@ -26,13 +26,20 @@ def common(moods: Iterable[tuple[str, ItemMood | None]]) -> MoodRule | None:
     return None if found is None else found[1]
 
 
-def check(store: Store, known: Revision, changed: Sequence[ItemModel]) -> bool:
+def check(
+    store: Store,
+    known: Revision,
+    changed: Sequence[ItemModel],
+    ended: Sequence[ItemModel] = (),
+) -> bool:
     """Refuse changes after which rules differ; tell whether the rule becomes another.
 
     Then what is kept about users' moods has another meaning, or is yet to be found.
     """
     before = {model.id: model for model in models.at(store, known.catalogue)}
     after = before | {model.id: model for model in changed}
+    for model in ended:
+        after.pop(model.id, None)
     rule = common((model.id, model.mood) for model in after.values())
     return rule is not None and rule != common(
         (model.id, model.mood) for model in before.values()

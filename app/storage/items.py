@@ -1,6 +1,8 @@
 """The catalogue's items, and what each was in every catalogue before this one."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from datetime import datetime
 from typing import Any
 
 import sqlalchemy as sa
@@ -20,6 +22,15 @@ REPLACE = (
         tags=sa.bindparam("to_tags"),
         payload=sa.bindparam("to_payload"),
         active=sa.bindparam("to_active"),
+        catalogue=sa.bindparam("in_catalogue"),
+        updated_at=sa.bindparam("at"),
+    )
+)
+MOVE = (
+    items.update()
+    .where(items.c.serial == sa.bindparam("of"))
+    .values(
+        model=sa.bindparam("to_model"),
         catalogue=sa.bindparam("in_catalogue"),
         updated_at=sa.bindparam("at"),
     )
@@ -72,7 +83,37 @@ BEFORE = (
     .order_by(items.c.serial)
     .limit(sa.bindparam("limit"))
 )
+EARLIER = item_history.alias()
+MOVED = (
+    sa.select(items.c.serial, EARLIER.c.model)
+    .select_from(items)
+    .join(
+        item_history,
+        sa.and_(
+            item_history.c.serial == items.c.serial,
+            item_history.c.catalogue == sa.bindparam("moved_in"),
+            item_history.c.model == items.c.model,
+        ),
+    )
+    .join(
+        EARLIER,
+        sa.and_(EARLIER.c.serial == items.c.serial, EARLIER.c.catalogue == LATEST),
+    )
+    .where(items.c.serial > sa.bindparam("after"))
+    .order_by(items.c.serial)
+    .limit(sa.bindparam("limit"))
+)
 SIZE = 500
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """An item that goes to another model; the rest of it stays."""
+
+    serial: int
+    model: str
+    tags: Sequence[str]
+    active: bool
 
 
 def insert(store: Store, new: Callable[[], Iterator[Item]]) -> None:
@@ -83,6 +124,33 @@ def insert(store: Store, new: Callable[[], Iterator[Item]]) -> None:
 def replace(store: Store, changed: Callable[[], Iterator[Item]]) -> None:
     store.write_many(REPLACE, lambda: (_replacement(item) for item in changed()))
     store.write_many(REMEMBER, lambda: (_history(item) for item in changed()))
+
+
+def move(store: Store, moves: Sequence[Move], catalogue: int, at: datetime) -> None:
+    """Note that items go to other models."""
+    stamp = {"in_catalogue": catalogue, "at": at}
+    store.write_many(
+        MOVE,
+        lambda: (
+            {"of": move.serial, "to_model": move.model, **stamp} for move in moves
+        ),
+    )
+    store.write_many(
+        REMEMBER, lambda: (asdict(move) | {"catalogue": catalogue} for move in moves)
+    )
+
+
+def moved_in(store: Store, catalogue: int) -> Iterator[tuple[int, str]]:
+    """Items that have the model still to which they went in a catalogue.
+
+    Serial, and the model that each had before.
+    """
+    after = -1
+    past = {"moved_in": catalogue, "catalogue": catalogue - 1, "limit": SIZE}
+    while rows := store.rows(MOVED, {**past, "after": after}):
+        yield from ((row.serial, row.model) for row in rows)
+        after = rows[-1].serial
+        store.pause()
 
 
 def by_id(store: Store, item: str) -> Item | None:

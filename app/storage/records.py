@@ -2,9 +2,11 @@
 
 from dataclasses import fields
 
-from app.domain import Item, ItemModel, PolicyVersion
+from app.domain import Item, ItemModel, PolicyVersion, Publication
 
 
-def columns(record: Item | ItemModel | PolicyVersion) -> dict[str, object]:
+def columns(
+    record: Item | ItemModel | PolicyVersion | Publication,
+) -> dict[str, object]:
     """A record as a row of its table."""
     return {field.name: getattr(record, field.name) for field in fields(record)}

@@ -235,6 +235,22 @@ judgements = sa.Table(
     sa.Column("outcomes", sa.LargeBinary, nullable=False),
 )
 
+publications = sa.Table(
+    "publications",
+    metadata,
+    sa.Column("number", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("catalogue", sa.Integer, nullable=False),
+    sa.Column("digest", sa.String(64), nullable=False),
+    sa.Column("models", sa.JSON, nullable=False),
+    sa.Column("items", sa.Integer, nullable=False),
+    sa.Column("verdict", sa.JSON, nullable=False),
+    sa.Column("note", sa.Text, nullable=False),
+    sa.Column("at", Instant, nullable=False),
+    sa.Column("by", sa.String(64), nullable=False),
+    sa.Column("undone_at", Instant, nullable=True),
+    sa.Column("undone_by", sa.String(64), nullable=True),
+)
+
 keys = sa.Table(
     "keys",
     metadata,

@@ -6,7 +6,7 @@
 
 from learning.evaluation.baselines import BASELINES, BOOSTED
 from learning.evaluation.forecaster import Forecaster
-from learning.evaluation.scores import Evaluation, Score, evaluate
+from learning.evaluation.scores import Evaluation, Score, compare, evaluate
 from learning.evaluation.table import table
 
 __all__ = [
@@ -15,6 +15,7 @@ __all__ = [
     "Evaluation",
     "Forecaster",
     "Score",
+    "compare",
     "evaluate",
     "table",
 ]

@@ -45,10 +45,9 @@ class Score:
     by_count: Reliability
     by_width: Reliability
 
-    def plain(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
+    def summary(self) -> dict[str, Any]:
+        """Return the figures that are one number each, as JSON can hold them."""
         return {
-            "forecaster": self.forecaster,
             "log_loss": self.log_loss,
             "log_loss_ci95": list(self.log_loss_ci95),
             "difference": self.difference,
@@ -57,6 +56,13 @@ class Score:
             "auc": self.auc if isfinite(self.auc) else None,
             "ece": self.by_count.error,
             "ece_by_width": self.by_width.error,
+        }
+
+    def plain(self) -> dict[str, Any]:
+        """Return what JSON can hold."""
+        return {
+            "forecaster": self.forecaster,
+            **self.summary(),
             "by_user": self.by_user.tolist(),
             "by_count": self.by_count.plain(),
             "by_width": self.by_width.plain(),
@@ -114,16 +120,35 @@ def evaluate(
     scored = ~train & (plays.liked != NONE)
     if repeats:
         scored &= plays.repeated
+    chances = {
+        name: forecaster(plays, train) for name, forecaster in forecasters.items()
+    }
+    return Evaluation(share, repeats, *compare(plays, scored, chances))
+
+
+def compare(
+    plays: Plays, scored: Bools, chances: Mapping[str, Floats]
+) -> tuple[Sequence[str], Ints, Sequence[Score]]:
+    """Score forecasts by some of the answered plays.
+
+    Args:
+        plays: of all users.
+        scored: (P,) whether a play counts.
+        chances: (P,) of a like, by name; the others are compared with the first.
+
+    Returns:
+        U names of users who have plays that count, (U,) how many, and the scores.
+
+    Raises:
+        ValueError: no play counts, or a forecast is no chance.
+    """
     if not scored.any():
         raise ValueError("plays: hold none to score after those that train")
     held = plays.of(scored)
     users, user, counts = np.unique(held.user, return_inverse=True, return_counts=True)
-    chances = {
-        name: _chances(name, forecaster, plays, train)[scored]
-        for name, forecaster in forecasters.items()
-    }
-    sums = np.empty((len(users), len(chances)))
-    for f, chance in enumerate(chances.values()):
+    counted = {name: _counted(name, given, scored) for name, given in chances.items()}
+    sums = np.empty((len(users), len(counted)))
+    for f, chance in enumerate(counted.values()):
         sums[:, f] = np.bincount(user, losses(chance, held.liked))
     drawn, mean = resampled(sums, counts), sums.sum(axis=0) / counts.sum()
     scores = [
@@ -139,13 +164,13 @@ def evaluate(
             by_count(chance, held.liked),
             by_width(chance, held.liked),
         )
-        for f, (name, chance) in enumerate(chances.items())
+        for f, (name, chance) in enumerate(counted.items())
     ]
-    return Evaluation(share, repeats, [plays.users[u] for u in users], counts, scores)
+    return [plays.users[u] for u in users], counts, scores
 
 
-def _chances(name: str, forecaster: Forecaster, plays: Plays, train: Bools) -> Floats:
-    chances = np.asarray(forecaster(plays, train), dtype=np.float64)
-    if chances.shape != train.shape or not ((chances >= 0) & (chances <= 1)).all():
+def _counted(name: str, given: Floats, scored: Bools) -> Floats:
+    chances = np.asarray(given, dtype=np.float64)
+    if chances.shape != scored.shape or not ((chances >= 0) & (chances <= 1)).all():
         raise ValueError(f"{name}: must give a chance, from 0 to 1, for each play")
-    return chances
+    return chances[scored]

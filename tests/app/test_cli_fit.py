@@ -83,6 +83,7 @@ def test_the_report_is_for_programs_and_the_same_again(
     assert kept == told
     assert told.pop("seconds") > 0
     assert again.pop("seconds") > 0
+    assert told.pop("made_at") < again.pop("made_at")
     assert told == again
     assert (told["plays"], told["answered"]) == (1600, 1600)
     assert (told["users"], told["items"]) == (40, 4)

@@ -18,8 +18,8 @@ from app.storage.packing import UnknownFormat
 from app.storage.store import Store
 from tests.app.commands import Encore
 from tests.app.indexes import building, present_policy, report, until
+from tests.app.replays import taken_again
 from tests.app.service import Service
-from tests.app.test_replays import taken_again
 from tests.catalogues import SIMPLE, load, paper_example
 
 T = TypeVar("T")

@@ -1,18 +1,10 @@
 """Every decision can be taken again, bit for bit, whatever has changed since."""
 
-import asyncio
-from datetime import timedelta
-from functools import partial
 from typing import Any
-from uuid import UUID
 
 import pytest
 
-from app.services.live import Live
-from app.services.replays import replay
-from app.storage import plays
-from app.storage.database import Database
-from app.storage.store import Store
+from tests.app.replays import taken_again
 from tests.app.service import Service
 from tests.catalogues import SERIES, SIMPLE
 
@@ -94,31 +86,3 @@ def explained(service: Service, play: str) -> dict[str, Any]:
     answer = service.client.get(f"/v1/plays/{play}", params={"explain": True})
     found: dict[str, Any] = answer.json()["explanation"]
     return found
-
-
-Outcome = tuple[str, float, float]
-
-
-def taken_again(service: Service, ids: list[str]) -> list[tuple[str, Outcome]]:
-    """Replay plays in a process that starts from nothing but the database."""
-
-    def outcome(store: Store, live: Live, play_id: str) -> tuple[str, Outcome]:
-        play = plays.by_id(store, UUID(play_id))
-        assert play is not None
-        again = replay(store, live, play)
-        decision = again.decision
-        item = again.catalogue.shelf(decision.serial).id
-        return play_id, (item, decision.predicted, decision.choice.propensity)
-
-    async def run() -> list[tuple[str, Outcome]]:
-        database = Database(service.settings)
-        live = Live(timedelta(minutes=30))
-        try:
-            return [
-                await database.run(partial(outcome, live=live, play_id=play))
-                for play in ids
-            ]
-        finally:
-            await database.close()
-
-    return asyncio.run(run())

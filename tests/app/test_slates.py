@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from app.settings import Settings
+from tests.app.replays import taken_again
 from tests.app.service import Service
 from tests.app.test_audits import audit, rebuild
-from tests.app.test_replays import taken_again
 from tests.catalogues import SIMPLE, load, paper_example
 from tests.filter import Filter
 
