@@ -220,7 +220,7 @@ def _show(found: Found, out: Path) -> None:
     reward, shares = np.array(found.plays.reward), found.fitted.shares
     kinds = np.bincount(types.of_arms, minlength=len(types.chains)).tolist()
     rows = [
-        (str(number), str(kinds[number - 1]), _numbers(shares @ (chain.observe @ reward)),
+        (str(number), str(kinds[number - 1]), _numbers(shares @ chain.observe @ reward),
          _numbers(np.diagonal(chain.play)), _numbers(chain.prior))
         for number, chain in enumerate(types.chains, 1)
     ]  # fmt: skip
