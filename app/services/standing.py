@@ -180,7 +180,8 @@ class Standing:
         log = [*plays.closed(self.store, self.user.id), *self.closed]
         log.sort(key=attrgetter("slot", "place"))
         due = settled(self.slot, self.pending)
-        self.entries = beliefs.rebuilt(self.catalogue, log, due)
+        build = partial(beliefs.rebuilt, self.catalogue, log, due)
+        self.entries = self.store.aside(build)
 
     def _chosen(
         self, made: Sequence[Decision], policy: InForce, selection: Selection

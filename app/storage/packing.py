@@ -5,8 +5,8 @@ of entries (4 bytes); then as many int64 serials, ascending, as many int64 slots
 as many rows of float64 probabilities, one for each state.
 
 Version 2 goes on with the user's mood: slot, beginning, recent, told and tendency (8
-bytes each), resumed (1 byte), then a place and an answer (4 bytes each) for each of
-its answers.
+bytes each), resumed (1 byte), number of answers (4 bytes), then a place and an answer
+(4 bytes each) for each of them.
 """
 
 import struct
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 HEADER = struct.Struct("<BBHI")
-MOOD = struct.Struct("<qqqqd?")
+MOOD = struct.Struct("<qqqqd?I")
 ANSWER = struct.Struct("<ii")
 VERSION, WITH_MOOD = 1, 2
 
@@ -88,9 +88,9 @@ def unpack(packed: bytes, states: int) -> Entries:
         raise UnknownFormat(f"{len(packed)} bytes")
     version, width, _, count = HEADER.unpack_from(packed)
     end = HEADER.size + count * (16 + 8 * width)
-    if not _ends_well(version, len(packed) - end):
+    if version not in {VERSION, WITH_MOOD} or len(packed) < end:
         raise UnknownFormat(f"version {version}, {count} entries, {len(packed)} bytes")
-    felt = None if version == VERSION else _unpack_mood(packed[end:])
+    felt = _unpack_mood(version, packed[end:])
     writable = bytearray(packed)
     integers = np.frombuffer(writable, "<i8", 2 * count, HEADER.size)
     after = HEADER.size + 16 * count
@@ -99,22 +99,21 @@ def unpack(packed: bytes, states: int) -> Entries:
     return Entries(integers[:count], integers[count : 2 * count], fitted, felt)
 
 
-def _ends_well(version: int, left: int) -> bool:
-    """Whether so many bytes after the beliefs are what a version has there."""
-    if version == WITH_MOOD:
-        return left >= MOOD.size and (left - MOOD.size) % ANSWER.size == 0
-    return version == VERSION and left == 0
-
-
 def _pack_mood(felt: Felt) -> bytes:
     state = (felt.recent, felt.told, felt.tendency, felt.resumed)
-    answers = (ANSWER.pack(*answer) for answer in felt.answers)
-    return MOOD.pack(felt.slot, felt.began, *state) + b"".join(answers)
+    answers = b"".join(ANSWER.pack(*answer) for answer in felt.answers)
+    return MOOD.pack(felt.slot, felt.began, *state, len(felt.answers)) + answers
 
 
-def _unpack_mood(packed: bytes) -> Felt:
+def _unpack_mood(version: int, packed: bytes) -> Felt | None:
+    if version == VERSION and not packed:
+        return None
+    if version != WITH_MOOD or len(packed) < MOOD.size:
+        raise UnknownFormat(f"version {version}, {len(packed)} bytes after beliefs")
+    slot, began, recent, told, tendency, resumed, count = MOOD.unpack_from(packed)
+    if len(packed) != MOOD.size + count * ANSWER.size:
+        raise UnknownFormat(f"{count} answers, {len(packed)} bytes after beliefs")
     answers = tuple(ANSWER.iter_unpack(packed[MOOD.size :]))
-    slot, began, recent, told, tendency, resumed = MOOD.unpack_from(packed)
     return Felt(slot, began, recent, told, tendency, resumed, answers)
 
 
