@@ -20,7 +20,8 @@ from app.cli.files import make_folder
 from app.cli.session import DatabaseUrl
 from app.services import candidates, fits
 from app.services.fits import Naming
-from learning import NONE, Plays
+from learning import NONE, Floats, Plays
+from learning.chain import Chain
 from learning.em import Effort, Learned
 from learning.evaluation import Score
 from learning.fitting import Fitted, Recipe, fit, moods_of
@@ -220,7 +221,7 @@ def _show(found: Found, out: Path) -> None:
     reward, shares = np.array(found.plays.reward), found.fitted.shares
     kinds = np.bincount(types.of_arms, minlength=len(types.chains)).tolist()
     rows = [
-        (str(number), str(kinds[number - 1]), _numbers(shares @ chain.observe @ reward),
+        (str(number), str(kinds[number - 1]), _numbers(_mean(shares, chain) @ reward),
          _numbers(np.diagonal(chain.play)), _numbers(chain.prior))
         for number, chain in enumerate(types.chains, 1)
     ]  # fmt: skip
@@ -233,6 +234,12 @@ def _show(found: Found, out: Path) -> None:
     for warning in (*found.identified.warnings, *_unsettled(found)):
         note(f"Warning: {warning}")
     say(f"{out}/models.ndjson, {out}/items.ndjson, {out}/report.json")
+
+
+def _mean(shares: Floats, chain: Chain) -> Floats:
+    """(S, K) chances of signals in the mean mood."""
+    mean: Floats = np.tensordot(shares, chain.observe, 1)
+    return mean
 
 
 def _told(whole: Learned, found: Found) -> str:

@@ -18,5 +18,8 @@ def upgrade() -> None:
 def downgrade() -> None:
     # The release before knows the means over moods: what it believes it has to believe
     # anew.
-    op.execute("UPDATE revision SET catalogue = catalogue + 1, epoch = catalogue + 1")
+    op.execute(
+        "UPDATE revision SET catalogue = catalogue + 1, epoch = catalogue + 1"
+        " WHERE EXISTS (SELECT 1 FROM models WHERE mood IS NOT NULL)"
+    )
     op.drop_column("models", "mood")
