@@ -38,6 +38,7 @@ def warm_up(policies: Iterable[Policy] | None = None) -> None:
     last = Mood(answers=1, memory=None, levels=(), pause_s=None)
     moody = Model(plain.states, even, even, [like] * 3, even[0], mood=last)
     _follow_beliefs(ModelSet.of([plain]))
+    _follow_moods(ModelSet.of([moody]))
     followed = [*variants()] if policies is None else [*policies]
     for model in (plain, moody):
         situation = _begun(ModelSet.of([model]))
@@ -64,6 +65,12 @@ def _follow_beliefs(models: ModelSet) -> None:
     replayed(models, 0, rows, rows)
     forecast(models, 0, belief[0], 1)
     conditioned(models, rows, belief, 1, 2)
+
+
+def _follow_moods(models: ModelSet) -> None:
+    one = np.ones(1, dtype=np.int64)
+    _, state = models.mood_course(one, one, one == 0)
+    models.mood_class(models.mood_after(state, LIKE), resumed=False)
 
 
 def variants() -> Iterator[Policy]:

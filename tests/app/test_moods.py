@@ -380,7 +380,7 @@ def test_a_mood_that_matters_is_learned_and_published(
     lines = []
     for user in range(30):
         liked = True
-        for slot in range(60):
+        for slot in range(90):
             liked ^= bool(luck.random() < 0.15)
             item = ("guess", "same")[int(luck.integers(2))]
             moment = (at + timedelta(minutes=5 * slot)).isoformat()

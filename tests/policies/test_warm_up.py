@@ -9,6 +9,7 @@ from numba.core.dispatcher import Dispatcher
 import policies
 from policies import (
     LIKE,
+    NONE,
     POLICIES,
     ModelSet,
     Mood,
@@ -77,6 +78,9 @@ def test_after_warming_up_nothing_is_compiled() -> None:
         choose(ready(create(name, {}), models, 60)(case, 1), case.count, 1)
     replayed(models, 0, *(np.array([1]) for _ in range(3)))
     forecast(models, 0, models.prior[0], 3, 1)
+    liked = np.array([LIKE, 0, NONE])
+    _, state = models.mood_course(liked, np.arange(3), liked > 0)
+    assert models.mood_class(models.mood_after(state, 0), resumed=True) > 0
 
     models = ModelSet.of([uncertain(1, 2)])
     case = situation(models, [0], models.prior, [1])
