@@ -123,6 +123,7 @@ def evaluate(
     scored = ~train & (plays.liked != NONE)
     if repeats:
         scored &= plays.repeated
+    _check_any(scored)
     chances = {
         name: forecaster(plays, train) for name, forecaster in forecasters.items()
     }
@@ -145,8 +146,7 @@ def compare(
     Raises:
         ValueError: no play counts, or a forecast is no chance.
     """
-    if not scored.any():
-        raise ValueError("plays: hold none to score after those that train")
+    _check_any(scored)
     held = plays.of(scored)
     users, user, counts = np.unique(held.user, return_inverse=True, return_counts=True)
     counted = {name: _counted(name, given, scored) for name, given in chances.items()}
@@ -171,6 +171,11 @@ def compare(
         for f, (name, chance) in enumerate(counted.items())
     ]
     return [plays.users[u] for u in users], counts, scores
+
+
+def _check_any(scored: Bools) -> None:
+    if not scored.any():
+        raise ValueError("plays: hold none to score after those that train")
 
 
 def _counted(name: str, given: Floats, scored: Bools) -> Floats:
