@@ -33,8 +33,20 @@ class Precision(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class Clock:
+    """What slots follow besides plays: a slot may last no longer than so.
+
+    version: counts how often it was set or stopped
+    slot_s:  seconds of a slot, None: slots are counted by plays alone
+    """
+
+    version: int = 0
+    slot_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Revision:
-    """Which catalogue and policy are in force.
+    """Which catalogue, policy and clock are in force.
 
     catalogue: counts every change of an item, a model or an index table
     epoch:     the catalogue in which a belief was last given a new meaning: beliefs
@@ -45,6 +57,7 @@ class Revision:
     catalogue: int
     epoch: int
     policy: int
+    clock: Clock = Clock()
 
 
 @dataclass(frozen=True, slots=True)
@@ -273,6 +286,18 @@ def settled(slot: int, pending: Slate | None) -> int:
 
 
 @dataclass(frozen=True, slots=True)
+class Anchor:
+    """What ties the slots of a user to the time.
+
+    clock: version of the clock that they follow, 0: none ever
+    began: when their slot 0 began by it, in milliseconds since 1970
+    """
+
+    clock: int = 0
+    began: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class User:
     """Where a user stands. A user never seen has version 0."""
 
@@ -282,6 +307,7 @@ class User:
     pending: Slate | None = None
     epoch: int = 0
     packed: bytes = b""
+    anchor: Anchor = Anchor()
 
     @property
     def settled(self) -> int:

@@ -16,6 +16,7 @@ from app import __version__, logs
 from app.api import (
     admin,
     bounds,
+    clock,
     document,
     guard,
     health,
@@ -49,6 +50,7 @@ ROUTERS = (
     models.router,
     admin.router,
     guard.router,
+    clock.router,
     publications.router,
     bounds.router,
     key_routes.router,

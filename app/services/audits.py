@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from app.domain import User, settled
+from app.domain import Slate, User, settled
 from app.errors import UserNotFound
 from app.services import beliefs
 from app.services.catalogue import Catalogue
@@ -84,10 +84,17 @@ def rebuild_user(store: Store, live: Live, user_id: str) -> None:
         raise UserNotFound(user_id)
     catalogue = live.catalogue(store, revision)
     log = plays.closed(store, user_id)
-    slot = log[-1].slot + 1 if log else 0
     pending = plays.pending_of(store, user_id)
+    slot = _slot(log[-1].slot if log else -1, pending)
     entries = beliefs.rebuilt(catalogue, log, settled(slot, pending))
-    users.move(store, user, slot=slot, pending=pending, at=datetime.now(UTC))
+    users.move(
+        store,
+        user,
+        slot=slot,
+        pending=pending,
+        at=users.last_seen(store, user_id) or datetime.now(UTC),
+        anchor=user.anchor,
+    )
     users.keep_beliefs(store, user_id, catalogue.epoch, pack(entries))
 
 
@@ -103,12 +110,21 @@ def _audited(store: Store, catalogue: Catalogue, user: User) -> Audited:
     return Audited(user.id, len(log), stale, findings)
 
 
+def _slot(last: int, pending: Slate | None) -> int:
+    """That after the last closed, or a later one in which what waits was chosen."""
+    waiting = () if pending is None else pending.waiting
+    return max([last + 1, *(play.slot for play in waiting)])
+
+
 def _slots(store: Store, user: User) -> Iterator[str]:
     slots = plays.slots(store, user.id)
-    if [slot.closed for slot in slots] != list(range(len(slots))):
+    by_plays_alone = user.anchor.clock == 0
+    if by_plays_alone and [each.closed for each in slots] != list(range(len(slots))):
         yield "the slots of its plays are not 0, 1, 2 and so on"
-    if user.slot != len(slots):
-        yield f"its slot is {user.slot}, but plays were closed in {len(slots)}"
+    last = slots[-1].closed if slots else -1
+    due = _slot(last, plays.pending_of(store, user.id))
+    if user.slot != due:
+        yield f"its slot is {user.slot}, but the log leads to {due}"
     for slot in slots:
         if slot.slates != 1:
             yield f"its slot {slot.closed} is shared by plays not chosen together"

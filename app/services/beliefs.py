@@ -142,7 +142,7 @@ def after_play(
     felt = moods.after(catalogue, entries.felt, play)
     row, known = _row(entries, serial), entries
     if row is not None and slot - entries.slot[row] >= REMEMBERED:
-        known = without_forgotten(catalogue, entries, slot)
+        known = without_forgotten(catalogue, _rows(entries, np.array([row])), slot)
     belief, _ = of_item(catalogue, known, slot, serial)
     learned = answered(
         catalogue.models,

@@ -42,6 +42,8 @@ async def export_history(database: Database) -> AsyncIterator[str]:
                 answer = {"signal": play.signal, "at": play.answered_at.isoformat()}
                 if play.fraction is not None:
                     answer["fraction"] = play.fraction
+                if play.clock:
+                    answer["slot"] = play.closed
                 if play.closed == after[0]:
                     answer["together"] = True
                 yield _line({"user": user, "item": play.item} | answer)

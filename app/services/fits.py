@@ -8,14 +8,16 @@ from pathlib import Path
 import numpy as np
 
 from app.domain import LIKE, SKIP
+from app.services.items import NewItem
 from learning import NONE, Bools, Plays
 from learning.chain import Chain
 from learning.evaluation import Score, compare
 from learning.evaluation.rates import arm_rate, constant
-from learning.fitting import Fitted, expected
-from learning.prediction import liked
+from learning.fitting import Fitted, expected, moods_of
+from learning.inheritance import Inherited, inherit
+from learning.prediction import liked, predicted
 from learning.rests import moves_of
-from policies import Mood
+from policies import Floats, Ints, Mood, as_ints
 
 NAMES: Mapping[int, Sequence[str]] = {
     2: ("low", "high"),
@@ -51,16 +53,62 @@ def model_lines(fitted: Fitted, plays: Plays, naming: Naming) -> Iterator[str]:
         yield json.dumps(model, ensure_ascii=False)
 
 
-def item_lines(fitted: Fitted, plays: Plays, naming: Naming) -> Iterator[str]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """Items, and the models that they follow.
+
+    items: as they are described
+    found: which type each is of, and why
+    """
+
+    items: Sequence[NewItem]
+    found: Inherited
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """How many follow what they were played, a tag, or the usual type."""
+        pairs = [*zip(self.found.played, self.found.tag, strict=True)]
+        return {
+            "by_plays": sum(played for played, _ in pairs),
+            "by_tag": sum(not played and tag is not None for played, tag in pairs),
+            "by_neither": sum(not played and tag is None for played, tag in pairs),
+        }
+
+    def of(self, arms: Sequence[str], usual: Ints) -> Ints:
+        """Which type each arm follows: of an arm that is no item, the usual one."""
+        kinds = self.found.kind.tolist()
+        kind = dict(zip((item.id for item in self.items), kinds, strict=True))
+        pairs = zip(arms, usual.tolist(), strict=True)
+        return as_ints([kind.get(arm, other) for arm, other in pairs])
+
+
+def place(fitted: Fitted, plays: Plays, items: Sequence[NewItem] | None) -> Placed:
+    """Find the models of items; None: of those that the log names."""
+    known = [NewItem(arm, "") for arm in plays.arms] if items is None else items
+    tags = {item.id: item.tags for item in known}
+    found = inherit(fitted.types, plays.arms, np.unique(plays.arm), tags)
+    return Placed(known, found)
+
+
+def item_lines(fitted: Fitted, placed: Placed, naming: Naming) -> Iterator[str]:
     """Items as `import items` reads them, each with the model it follows."""
-    kinds = fitted.types.of_arms.tolist()
-    for arm, kind in zip(plays.arms, kinds, strict=True):
-        model = _name(fitted, naming, kind + 1)
-        yield json.dumps({"id": arm, "model": model}, ensure_ascii=False)
+    for item, kind in zip(placed.items, placed.found.kind.tolist(), strict=True):
+        plain: dict[str, object] = {
+            "id": item.id,
+            "model": _name(fitted, naming, kind + 1),
+        }
+        more = {"title": item.title, "tags": item.tags, "payload": item.payload}
+        plain |= {name: value for name, value in more.items() if value}
+        plain |= {} if item.active else {"active": False}
+        yield json.dumps(plain, ensure_ascii=False)
 
 
 def judged(
-    plays: Plays, learned: Bools, fitted: Fitted, plain: Fitted | None = None
+    plays: Plays,
+    learned: Bools,
+    fitted: Fitted,
+    placed: Placed,
+    plain: Fitted | None = None,
 ) -> Sequence[Score]:
     """How well plays are foretold that models were not learned from; none: nothing.
 
@@ -70,12 +118,20 @@ def judged(
     if not held.any():
         return ()
     chances = {
-        "learned": liked(plays, expected(plays, fitted)),
+        "learned": liked(plays, _expected(plays, fitted, placed)),
         **({} if plain is None else {MOODLESS: liked(plays, expected(plays, plain))}),
         "user-arm rate": arm_rate(plays, learned),
         "constant": constant(plays, learned),
     }
     return compare(plays, held, chances)[2]
+
+
+def _expected(plays: Plays, fitted: Fitted, placed: Placed) -> Floats:
+    """What is foretold if arms follow the models that are written."""
+    of_arms = placed.of(plays.arms, fitted.types.of_arms)
+    chains, recipe = fitted.types.chains, fitted.recipe
+    mood = moods_of(plays, recipe.mood)
+    return predicted(plays, chains, of_arms, mood, in_time=recipe.in_time)
 
 
 def write(folder: Path, name: str, lines: Iterator[str]) -> None:
@@ -93,13 +149,14 @@ def _name(fitted: Fitted, naming: Naming, number: int) -> str:
 
 def _model(chain: Chain, name: str, naming: Naming) -> dict[str, object]:
     size = len(chain.prior)
-    rest = chain.rest
-    if chain.in_time:
+    play, rest = chain.play, chain.rest
+    if chain.in_time:  # a play takes no time: the slot that it begins is rest, too
         [rest] = moves_of(chain, np.array([naming.slot_s]))
+        play = play @ rest
     return {
         "id": name,
         "states": NAMES.get(size) or [f"state {n}" for n in range(1, size + 1)],
-        "play": _rounded(chain.play),
+        "play": _rounded(play),
         "rest": _rounded(rest),
         "prior": _rounded(chain.prior),
         "source": naming.source,

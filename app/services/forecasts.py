@@ -30,6 +30,7 @@ class Forecast:
     threshold: reward at which it counts as back
     back_in:   slots of rest until then; 0: it is back; None: not within the forecast
     mood:      of the user now, which is taken to last
+    slot_s:    seconds of a slot, where slots follow a clock
     """
 
     slot: int
@@ -39,6 +40,7 @@ class Forecast:
     threshold: float
     back_in: int | None
     mood: Mood | None
+    slot_s: float | None
 
 
 def of_item(
@@ -56,6 +58,7 @@ def of_item(
     if serial is None:
         raise ItemNotFound(item)
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
+    standing.keep_time(revision.clock)
     belief, rested = beliefs.of_item(catalogue, standing.entries, standing.slot, serial)
     felt = standing.felt()
     mood = moods.class_of(catalogue.models, felt)
@@ -71,6 +74,7 @@ def of_item(
         threshold=wanted,
         back_in=int(back[0]) if len(back) else None,
         mood=moods.described(catalogue.models, felt),
+        slot_s=revision.clock.slot_s,
     )
 
 

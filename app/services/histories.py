@@ -11,8 +11,9 @@ from datetime import UTC, datetime
 from functools import partial
 from itertools import islice
 
-from app.domain import Answer, ItemModel, Play
+from app.domain import Answer, Clock, ItemModel, Play
 from app.errors import Fault, UnknownSignal
+from app.services import clocks
 from app.services.answers import answer_of, reply_of
 from app.services.catalogue import Catalogue
 from app.services.lines import LineFile
@@ -24,7 +25,7 @@ from app.storage import plays, revision, users
 from app.storage.database import Database
 from app.storage.store import Store
 
-FIELDS = ("user", "item", "signal", "fraction", "at", "together")
+FIELDS = ("user", "item", "signal", "fraction", "at", "together", "slot")
 TOGETHER = 64  # users whose plays may share one group commit
 
 
@@ -33,6 +34,7 @@ class PastPlay:
     """A play and its answer: a signal, else the share that was played; `at` as ISO.
 
     together: it took place in the slot of the user's play before it
+    slot:     in which it took place, where slots follow a clock; else that is of `at`
     """
 
     user: str
@@ -41,6 +43,7 @@ class PastPlay:
     fraction: float | None
     at: str | None
     together: bool = False
+    slot: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,18 +166,34 @@ def _enter(
         if key in before:
             last = None
             continue
+        at = None if play.at is None else datetime.fromisoformat(play.at)
         if not play.together:
             last = None
+            _move_on(standing, known.clock, play.slot, at)
             standing.forget()
         serial = catalogue.listing.serials[play.item]
         answer = _answer(settings, catalogue.model_of(serial), play)
-        at = None if play.at is None else datetime.fromisoformat(play.at)
         last = standing.report(serial, answer, key, at, beside=last)
         standing.learn(last, last.slot, answer)
         entered += 1
     if entered:
         standing.save()
     return entered
+
+
+def _move_on(
+    standing: Standing, clock: Clock, slot: int | None, at: datetime | None
+) -> None:
+    """Go to the slot of a play, where slots follow a clock."""
+    if clock.slot_s is None:
+        return
+    if slot is not None:
+        standing.slot = max(standing.slot, slot)
+        if at is not None:
+            at = min(at, standing.at)
+            standing.anchor = clocks.tied(standing.slot, at, clock)
+    elif at is not None:
+        standing.keep_time(clock, at)
 
 
 def _keyed(history: Iterable[PastPlay]) -> Iterator[tuple[str, PastPlay]]:
@@ -184,7 +203,9 @@ def _keyed(history: Iterable[PastPlay]) -> Iterator[tuple[str, PastPlay]]:
         count[play] += 1
         plain = [play.item, play.signal, play.fraction, play.at, count[play]]
         together = ["together"] if play.together else []
-        digest = hashlib.sha256(json.dumps(plain + together).encode()).hexdigest()
+        slot = [] if play.slot is None else [play.slot]
+        said = json.dumps(plain + together + slot)
+        digest = hashlib.sha256(said.encode()).hexdigest()
         yield f"import:{digest}", play
 
 

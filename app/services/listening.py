@@ -79,6 +79,7 @@ def next_play(
     expired = () if pending is None else pending.waiting
     for play in expired:
         standing.close(play, NEVER_ANSWERED)
+    standing.keep_time(revision.clock)
     policy = live.policy(store, revision, catalogue)
     offer = standing.choose(policy, pool, selection, count)
     standing.save()
@@ -129,6 +130,7 @@ def report_play(store: Store, live: Live, user_id: str, report: Report) -> Feedb
         return _reported_before(before, serial, model, report.reply)
     answer = answer_of(model, report.reply)
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
+    standing.keep_time(revision.clock)
     play = standing.report(serial, answer, report.key)
     learned = standing.learn(play, play.slot, answer)
     standing.save()
@@ -153,6 +155,7 @@ def _following(
         pool = selections.pool(catalogue, EVERYTHING)
     except NothingToPlay:
         return None
+    standing.keep_time(revision.clock)
     policy = live.policy(store, revision, catalogue)
     return standing.choose(policy, pool, EVERYTHING, count)
 

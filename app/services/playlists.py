@@ -61,6 +61,7 @@ def plan(
         slot = standing.take_place(play)
         shown = ClosedPlay(play.item, slot, NO_ANSWER, play.place, play.created_at)
         planned.append(_planned(standing, shown, pending=True))
+    standing.keep_time(revision.clock)
     if not repeats:
         pool = pool.without(np.array([play.item for play in waiting], np.int64))
     while len(planned) < length and not pool.is_empty:

@@ -125,7 +125,9 @@ def erase(store: Store, user_id: str, by: str) -> None:
 def _standing(store: Store, live: Live, user_id: str) -> Standing:
     in_force, user = users.by_id(store, user_id)
     catalogue = live.catalogue(store, in_force)
-    return Standing.of(store, catalogue, user, datetime.now(UTC))
+    standing = Standing.of(store, catalogue, user, datetime.now(UTC))
+    standing.keep_time(in_force.clock)
+    return standing
 
 
 def _mood(standing: Standing) -> Mood | None:

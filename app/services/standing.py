@@ -12,7 +12,9 @@ from uuid import UUID
 from uuid_utils.compat import uuid7
 
 from app.domain import (
+    Anchor,
     Answer,
+    Clock,
     Play,
     Selection,
     Slate,
@@ -20,7 +22,7 @@ from app.domain import (
     User,
     settled,
 )
-from app.services import beliefs, decisions, moods, slates
+from app.services import beliefs, clocks, decisions, moods, slates
 from app.services.catalogue import Catalogue
 from app.services.decisions import Decision
 from app.services.live import InForce
@@ -46,6 +48,7 @@ class Standing:
     entries: Entries
     pending: Slate | None
     at: datetime
+    anchor: Anchor
     learned: bool = False
     closed: list[ClosedPlay] = field(default_factory=list)
 
@@ -54,8 +57,17 @@ class Standing:
         cls, store: Store, catalogue: Catalogue, user: User, at: datetime
     ) -> "Standing":
         entries = beliefs.kept(store, catalogue, user)
-        pending = user.pending
-        return cls(store, catalogue, user, user.slot, entries, pending, at)
+        pending, anchor = user.pending, user.anchor
+        return cls(store, catalogue, user, user.slot, entries, pending, at, anchor)
+
+    def keep_time(self, clock: Clock, at: datetime | None = None) -> None:
+        """Move on to the slot that a clock shows, now or at an earlier moment."""
+        if clock.slot_s is None:
+            return
+        at = min(at or self.at, self.at)
+        if self.anchor.clock != clock.version:
+            self.anchor = clocks.anchored(self.store, self.user, self.slot, at, clock)
+        self.slot = max(self.slot, clocks.slot_at(clock, self.anchor, at))
 
     def close(self, play: Play, answer: Answer) -> tuple[int, Answered]:
         """Note the answer of a pending play; tell in which slot it took place."""
@@ -131,10 +143,19 @@ class Standing:
     def save(self) -> None:
         """Note the user's next standing."""
         users.move(
-            self.store, self.user, slot=self.slot, pending=self.pending, at=self.at
+            self.store,
+            self.user,
+            slot=self.slot,
+            pending=self.pending,
+            at=self.at,
+            anchor=self.anchor,
         )
-        if self.learned or self.user.epoch != self.catalogue.epoch:
+        changed = self.learned or self.user.epoch != self.catalogue.epoch
+        if changed or self.slot > self.user.slot:
+            held = len(self.entries.serial)
             self.forget()
+            changed = changed or len(self.entries.serial) < held
+        if changed:
             users.keep_beliefs(
                 self.store, self.user.id, self.catalogue.epoch, pack(self.entries)
             )

@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from app.domain import Answer, Play, Slate
 from app.storage.play_rows import from_row, to_row
 from app.storage.store import Store
-from app.storage.tables import items, plays
+from app.storage.tables import items, plays, users
 
 Position: TypeAlias = tuple[int, int]  # a slot, and a place in it
 
@@ -63,8 +63,10 @@ HISTORY = (
         plays.c.signal,
         plays.c.fraction,
         plays.c.answered_at,
+        users.c.clock,
     )
     .join(items, items.c.serial == plays.c.item)
+    .join(users, users.c.id == plays.c.user_id)
     .where(plays.c.user_id == sa.bindparam("user"), WHERE > GIVEN)
     .order_by(plays.c.closed, plays.c.place)
     .limit(sa.bindparam("limit"))
@@ -203,7 +205,7 @@ def every(store: Store, user: str, *, before: int, size: int = 500) -> Iterator[
 def history(
     store: Store, user: str, after: Position, limit: int
 ) -> Sequence[sa.Row[Any]]:
-    """Item id, position, signal, fraction and moment of closed plays after another."""
+    """Closed plays after another, as they are exported; clock 0: the user has none."""
     slot, place = after
     given = {"user": user, "slot": slot, "place": place, "limit": limit}
     return store.rows(HISTORY, given)

@@ -1,8 +1,8 @@
-"""Which catalogue and policy are in force: one row, compared and set."""
+"""Which catalogue, policy and clock are in force: one row, compared and set."""
 
 import sqlalchemy as sa
 
-from app.domain import Revision
+from app.domain import Clock, Revision
 from app.storage import tables
 from app.storage.store import Store
 
@@ -11,6 +11,9 @@ SET_CATALOGUE = tables.revision.update().values(
     catalogue=sa.bindparam("to_catalogue"), epoch=sa.bindparam("to_epoch")
 )
 SET_POLICY = tables.revision.update().values(policy=sa.bindparam("to_policy"))
+SET_CLOCK = tables.revision.update().values(
+    clock=sa.bindparam("to_clock"), slot_s=sa.bindparam("to_slot_s")
+)
 CHECKS = sa.select(tables.revision.c.guard)
 SET_CHECKS = tables.revision.update().values(guard=sa.bindparam("to_guard"))
 
@@ -19,7 +22,8 @@ def current(store: Store) -> Revision:
     row = store.row(CURRENT)
     if row is None:
         raise LookupError("the database has no revision row: it was not migrated")
-    return Revision(row.catalogue, row.epoch, row.policy)
+    clock = Clock(row.clock, row.slot_s)
+    return Revision(row.catalogue, row.epoch, row.policy, clock)
 
 
 def rely_on_catalogue(store: Store, known: Revision) -> None:
@@ -47,6 +51,14 @@ def advance_policy(store: Store, known: Revision) -> int:
     store.rely_on_revision("policy", known.policy)
     store.write(SET_POLICY, {"to_policy": version})
     return version
+
+
+def advance_clock(store: Store, known: Clock, slot_s: float | None) -> Clock:
+    """Note a change of the clock, written only if none came before it."""
+    clock = Clock(known.version + 1, slot_s)
+    store.rely_on_revision("clock", known.version)
+    store.write(SET_CLOCK, {"to_clock": clock.version, "to_slot_s": slot_s})
+    return clock
 
 
 def checks(store: Store) -> int:

@@ -48,6 +48,8 @@ revision = sa.Table(
     sa.Column("epoch", sa.Integer, nullable=False),
     sa.Column("policy", sa.Integer, nullable=False),
     sa.Column("guard", sa.Integer, nullable=False, server_default="0"),
+    sa.Column("clock", sa.Integer, nullable=False, server_default="0"),
+    sa.Column("slot_s", sa.Double, nullable=True),
     sa.CheckConstraint("id = 1", name="single"),
 )
 
@@ -106,6 +108,8 @@ users = sa.Table(
     sa.Column("pending_slot", sa.Integer, nullable=True),
     sa.Column("version", sa.BigInteger, nullable=False),
     sa.Column("last_seen", Instant, nullable=False),
+    sa.Column("clock", sa.Integer, nullable=False, server_default="0"),
+    sa.Column("began", sa.BigInteger, nullable=False, server_default="0"),
 )
 
 beliefs = sa.Table(

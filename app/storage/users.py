@@ -8,7 +8,7 @@ from uuid import UUID
 
 import sqlalchemy as sa
 
-from app.domain import Play, Revision, Slate, User
+from app.domain import Anchor, Clock, Play, Revision, Slate, User
 from app.storage import plays as log
 from app.storage.play_rows import from_row
 from app.storage.store import Store
@@ -18,10 +18,14 @@ STANDING = (
     revision.c.catalogue.label("revision_catalogue"),
     revision.c.epoch.label("revision_epoch"),
     revision.c.policy.label("revision_policy"),
+    revision.c.clock.label("revision_clock"),
+    revision.c.slot_s.label("revision_slot_s"),
     users.c.slot.label("user_slot"),
     users.c.version.label("user_version"),
     users.c.pending.label("user_pending"),
     users.c.pending_slot.label("user_pending_slot"),
+    users.c.clock.label("user_clock"),
+    users.c.began.label("user_began"),
     beliefs.c.epoch.label("beliefs_epoch"),
     # Once is enough, with the first of the plays that wait.
     sa.case((plays.c.id != users.c.pending, None), else_=beliefs.c.packed).label(
@@ -48,6 +52,7 @@ BY_PLAY = (
 PENDING = sa.select(users.c.pending, users.c.pending_slot).where(
     users.c.id == sa.bindparam("user")
 )
+LAST_SEEN = sa.select(users.c.last_seen).where(users.c.id == sa.bindparam("user"))
 MOVE = (
     users.update()
     .where(users.c.id == sa.bindparam("user"))
@@ -57,6 +62,8 @@ MOVE = (
         pending_slot=sa.bindparam("to_pending_slot"),
         version=sa.bindparam("to_version"),
         last_seen=sa.bindparam("at"),
+        clock=sa.bindparam("to_clock"),
+        began=sa.bindparam("to_began"),
     )
 )
 FORGET = users.delete().where(users.c.id == sa.bindparam("user"))
@@ -101,8 +108,20 @@ def pending_of(store: Store, user: str) -> tuple[UUID | None, int | None]:
     return (None, None) if row is None else (row.pending, row.pending_slot)
 
 
+def last_seen(store: Store, user: str) -> datetime | None:
+    """When a user was last served or told of."""
+    row = store.row(LAST_SEEN, {"user": user})
+    return None if row is None else row.last_seen
+
+
 def move(
-    store: Store, user: User, *, slot: int, pending: Slate | None, at: datetime
+    store: Store,
+    user: User,
+    *,
+    slot: int,
+    pending: Slate | None,
+    at: datetime,
+    anchor: Anchor,
 ) -> None:
     """Note the user's next standing; written only if this one still stands."""
     store.rely_on_user(user.id, user.version)
@@ -116,6 +135,8 @@ def move(
             "to_pending_slot": None if pending is None else pending.taken,
             "to_version": user.version + 1 if user.version else first,
             "at": at,
+            "to_clock": anchor.clock,
+            "to_began": anchor.began,
         },
     )
 
@@ -137,7 +158,12 @@ def page(store: Store, after: str, limit: int) -> Sequence[str]:
 
 
 def _revision(row: sa.Row[Any]) -> Revision:
-    return Revision(row.revision_catalogue, row.revision_epoch, row.revision_policy)
+    return Revision(
+        row.revision_catalogue,
+        row.revision_epoch,
+        row.revision_policy,
+        Clock(row.revision_clock, row.revision_slot_s),
+    )
 
 
 def _waiting(rows: Sequence[sa.Row[Any]]) -> tuple[Play, ...]:
@@ -157,4 +183,5 @@ def _user(user: str, rows: Sequence[sa.Row[Any]], waiting: tuple[Play, ...]) -> 
         pending=Slate(waiting, row.user_pending_slot) if is_pending else None,
         epoch=row.beliefs_epoch or 0,
         packed=next((row.packed for row in rows if row.packed), b""),
+        anchor=Anchor(row.user_clock, row.user_began),
     )

@@ -6,6 +6,7 @@ from alembic import command
 from app.settings import Settings
 from app.storage import migrate
 from app.storage.tables import metadata
+from tests.app.clocks import later, set_clock
 from tests.app.service import Service
 from tests.app.test_audits import audit
 from tests.catalogues import SERIES, load, paper_example
@@ -81,6 +82,36 @@ def test_plays_that_shared_a_slot_have_one_each_after_a_downgrade(
     assert service.beliefs("cat")["slot"] == 1
     assert [one.findings for one in audit(service)] == [[], [], []]
     assert [one.stale for one in audit(service)] == [False, True, False]
+    service.stop()
+
+
+def test_slots_that_followed_a_clock_are_counted_by_plays_after_a_downgrade(
+    settings: Settings,
+) -> None:
+    service = Service.start(settings)
+    load(service.client, paper_example(2))
+    set_clock(service, 60.0)
+    service.answer(service.next("bob")["play"], "like")
+    for _ in range(3):
+        slate = service.next("ann", count=2)["plays"]
+        for play in slate:
+            service.answer(play["play"], "like")
+        later(service, "ann", 86_400.0)
+    waiting = service.next("ann", count=2)["plays"]
+    service.answer(waiting[1]["play"], "skip")
+    service.stop()
+
+    migrate.downgrade(settings.database_url, "0006")
+    migrate.upgrade(settings.database_url)
+
+    service = Service.start(settings)
+    plays = service.client.get("/v1/users/ann/plays").json()["plays"]
+    assert service.client.get("/v1/admin/clock").json()["slot_s"] is None
+    assert [play["slot"] for play in plays] == [3, 2, 2, 1, 1, 0, 0]
+    assert [play["decided_slot"] for play in plays] == [3, 2, 2, 1, 1, 0, 0]
+    assert [one.findings for one in audit(service)] == [[], []]
+    assert service.answer(waiting[0]["play"], "like")["slot"] == 4
+    assert [one.findings for one in audit(service)] == [[], []]
     service.stop()
 
 

@@ -1,5 +1,6 @@
 """Several processes on one PostgreSQL: each obeys a change at once."""
 
+import time
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -48,6 +49,20 @@ def test_every_worker_knows_a_new_item_at_once(crowd: httpx.Client) -> None:
     )
 
     assert {play["item"] for play in plays} == {"brand-new"}
+
+
+def test_every_worker_obeys_a_clock_on_its_next_request(crowd: httpx.Client) -> None:
+    users = [f"late-{number}" for number in range(32)]
+    for play in in_parallel(crowd, users):
+        told = crowd.post(f"/v1/plays/{play['play']}/feedback", json={"signal": "like"})
+        told.raise_for_status()
+    crowd.put("/v1/admin/clock", json={"slot_s": 1}).raise_for_status()
+    time.sleep(2.1)
+
+    following = [play["slot"] for play in in_parallel(crowd, users)]
+    crowd.delete("/v1/admin/clock").raise_for_status()
+
+    assert min(map(int, map(str, following))) >= 3
 
 
 def test_one_of_many_answers_wins_across_workers(crowd: httpx.Client) -> None:

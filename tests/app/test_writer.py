@@ -23,12 +23,15 @@ BREAK = sa.text(
 )
 
 
+def _move(store: Store, user: User, slot: int) -> None:
+    at = datetime.now(UTC)
+    users.move(store, user, slot=slot, pending=None, at=at, anchor=user.anchor)
+
+
 def step(store: Store, user: str) -> int:
     """Move a user on by one slot."""
     _, standing = users.by_id(store, user)
-    users.move(
-        store, standing, slot=standing.slot + 1, pending=None, at=datetime.now(UTC)
-    )
+    _move(store, standing, standing.slot + 1)
     return standing.slot
 
 
@@ -72,9 +75,7 @@ def test_a_failing_unit_harms_none_of_its_batch(database_url: str) -> None:
 
 def test_a_unit_that_always_loses_gives_up(database_url: str) -> None:
     def lose(store: Store) -> None:
-        users.move(
-            store, User("ann", version=7), slot=1, pending=None, at=datetime.now(UTC)
-        )
+        _move(store, User("ann", version=7), 1)
 
     async def work(database: Database) -> None:
         with pytest.raises(Contended):

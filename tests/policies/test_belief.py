@@ -1,4 +1,5 @@
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -202,6 +203,45 @@ def test_an_untouched_belief_equals_a_rested_prior_to_the_bit(
     expected = rested(models, np.arange(2), models.prior, np.full(2, slot))
 
     assert_array_equal(untouched(models, slot), expected)
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS, SIZES, st.floats(-8, 0), st.integers(0, 41).map(lambda k: 2**k - 1))
+def test_rests_of_any_length_are_exact(
+    seed: int, size: int, pace: float, slots: int
+) -> None:
+    """Also those of weeks in slots of seconds: against integers of 300 bits."""
+    slow = slowed(random_model(np.random.default_rng(seed), size), 10**pace)
+    models = ModelSet.of([slow])
+
+    after = rest(models, models.prior[0], slots)
+
+    assert_allclose(after, rested_exactly(models, slots), rtol=0, atol=2e-15)
+    assert after.sum() == pytest.approx(1, abs=4e-15)
+
+
+def slowed(model: Model, pace: float) -> Model:
+    rest = np.eye(len(model.prior)) * (1 - pace) + model.rest * pace
+    return Model(model.states, model.play, rest, model.like, model.prior)
+
+
+def rested_exactly(models: ModelSet, slots: int) -> Floats:
+    one = 1 << 300
+    moves = [[int(Fraction(p) * one) for p in row] for row in models.rest[0].tolist()]
+    moves = [[p * one // sum(row) for p in row] for row in moves]
+    belief = [int(Fraction(p) * one) for p in models.prior[0].tolist()]
+    states = range(len(belief))
+    while slots:
+        if slots & 1:
+            belief = [
+                sum(belief[i] * moves[i][j] for i in states) // one for j in states
+            ]
+        moves = [
+            [sum(row[k] * moves[k][j] for k in states) // one for j in states]
+            for row in moves
+        ]
+        slots >>= 1
+    return np.array([p / one for p in belief])
 
 
 @settings(deadline=None)

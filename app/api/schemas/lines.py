@@ -13,6 +13,7 @@ from app.api.schemas.fields import Chance, Form, Id, Note, SignalName
 from app.api.schemas.items import ItemForm
 from app.api.schemas.models import ModelForm
 from app.errors import Fault
+from app.services.clocks import MOST_SLOT
 from app.services.entrants import NamedPolicy
 from app.services.formats import Record, json_object
 from app.services.histories import PastPlay
@@ -42,6 +43,12 @@ class ItemLine(ItemForm):
     active: Annotated[bool, Field(strict=True)] = True
 
 
+class CatalogueLine(ItemLine):
+    """An item whose model is to be found; that which it names does not matter."""
+
+    model: Id = "unknown"
+
+
 class ModelLine(ModelForm):
     """An item model."""
 
@@ -51,7 +58,7 @@ class ModelLine(ModelForm):
 class PlayLine(Form):
     """A play that a user made before, with its answer.
 
-    Together: in the slot of the user's play before it.
+    Together: in the slot of the user's play before it. Slot: if slots follow a clock.
     """
 
     user: Id
@@ -60,6 +67,7 @@ class PlayLine(Form):
     fraction: Annotated[Chance | None, Field(strict=True)] = None
     at: Moment | None = None
     together: Annotated[bool, Field(strict=True)] = False
+    slot: Annotated[int | None, Field(strict=True, ge=0, le=MOST_SLOT)] = None
 
     @model_validator(mode="after")
     def _answered(self) -> Self:
@@ -91,6 +99,11 @@ def read_item(record: Record) -> NewItem:
     return replace(line.item(line.id), active=line.active)
 
 
+def read_described(record: Record) -> NewItem:
+    line = _form(CatalogueLine, record)
+    return replace(line.item(line.id), active=line.active)
+
+
 def read_model(record: Record) -> NewModel:
     line = _form(ModelLine, record)
     return line.model(line.id)
@@ -99,7 +112,13 @@ def read_model(record: Record) -> NewModel:
 def read_play(record: Record) -> PastPlay:
     line = _form(PlayLine, record)
     return PastPlay(
-        line.user, line.item, line.signal, line.fraction, line.at, line.together
+        line.user,
+        line.item,
+        line.signal,
+        line.fraction,
+        line.at,
+        line.together,
+        line.slot,
     )
 
 
@@ -142,6 +161,13 @@ def _number(cell: str) -> float:
         raise ValueError("must be a number") from None
 
 
+def _whole(cell: str) -> int:
+    try:
+        return int(cell)
+    except ValueError:
+        raise ValueError("must be a whole number") from None
+
+
 ITEMS = Layout(
     read_item,
     {
@@ -153,6 +179,7 @@ ITEMS = Layout(
         "active": _truth,
     },
 )
+CATALOGUE = Layout(read_described, ITEMS.columns)
 MODELS = Layout(read_model, {})
 POLICIES = Layout(read_policy, {})
 HISTORY = Layout(
@@ -164,5 +191,6 @@ HISTORY = Layout(
         "fraction": _number,
         "at": str,
         "together": _truth,
+        "slot": _whole,
     },
 )

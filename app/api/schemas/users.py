@@ -108,6 +108,10 @@ class ForecastView(Form):
     mood: Annotated[
         MoodView | None, Field(description="of the user now, which is taken to last")
     ]
+    slot_s: Annotated[
+        float | None,
+        Field(description="seconds of a slot, null: slots pass by plays alone"),
+    ]
     forecast: list[ForecastPoint]
 
     @classmethod
@@ -121,6 +125,7 @@ class ForecastView(Form):
             threshold=forecast.threshold,
             back_in=forecast.back_in,
             mood=mood_view(forecast.mood),
+            slot_s=forecast.slot_s,
             forecast=[
                 ForecastPoint(rested=slots, like=like)
                 for slots, like in enumerate(forecast.likes, start=1)
