@@ -101,7 +101,8 @@ def moods_of(plays: Plays, mood: Mood | None) -> Ints:
     """Return (P,): the class of the user's mood at each play."""
     if mood is None:
         return np.zeros(len(plays), dtype=np.int64)
-    return mood.along(plays.first, plays.liked.astype(np.int64), plays.seconds)
+    liked = plays.liked.astype(np.int64)
+    return mood.along(plays.first, liked, plays.seconds, plays.slots)
 
 
 def _types(

@@ -25,7 +25,7 @@ from app.services.fits import Naming
 from app.services.items import NewItem
 from learning import Plays
 from learning.em import Effort, Spread
-from learning.fitting import Recipe, fit
+from learning.fitting import Recipe, fit, moods_of
 from learning.held_out import Split, latest_apart
 from learning.identification import identify
 from learning.resampling import intervals
@@ -45,6 +45,7 @@ class Asked:
     states: to choose from
     types:  to choose from
     draws:  of users, for intervals
+    mood:   whether likes also depend on the last answers
     stay:   items that nothing is told of stay with the models they have
     """
 
@@ -52,6 +53,7 @@ class Asked:
     states: Sequence[int]
     types: Sequence[int]
     draws: int
+    mood: bool
     stay: bool
 
 
@@ -94,6 +96,9 @@ def command(
     ] = "1",
     clock: Annotated[
         bool, typer.Option("--clock", help="Interest rests by time, not by plays.")
+    ] = False,
+    mood: Annotated[
+        bool, typer.Option("--mood", help="Likes also depend on the last answers.")
     ] = False,
     slot_s: Annotated[
         float,
@@ -142,6 +147,7 @@ def command(
         sizes("--states", states, USUAL_STATES, 2, 8),
         sizes("--types", types, USUAL_TYPES, 1, 32),
         draws,
+        mood,
         stay=not files and items is None,
     )
     make_folder(out)
@@ -179,13 +185,19 @@ def _found(
     spread: Spread,
 ) -> Found:
     began = time.perf_counter()
-    learned = plays.of(split.learned)
+    learned, plain = plays.of(split.learned), None
+    if asked.mood:
+        moody = replace(asked.recipe, mood=fits.usual_mood(plays))
+        asked = replace(asked, recipe=moody)
     try:
         recipe, selection = _sized(learned, asked, spread)
         fitted = fit(learned, recipe, spread)
+        if asked.mood:
+            plain = fit(learned, replace(recipe, mood=None), spread)
     except ValueError as error:
         raise Failed(f"{error}.") from error
-    seen = streams(learned, in_time=recipe.in_time)
+    mood = moods_of(learned, recipe.mood)
+    seen = streams(learned, mood, in_time=recipe.in_time)
     identified = identify(seen, fitted.whole, recipe.smoothing, spread)
     sure = None
     if asked.draws:
@@ -193,7 +205,7 @@ def _found(
         resample = partial(intervals, seen, fitted.whole, reward, recipe.smoothing)
         sure = resample(draws=asked.draws, seed=seed, spread=spread)
     placed = fits.place(fitted, learned, items, stay=asked.stay)
-    judged = fits.judged(plays, split.learned, fitted, placed)
+    judged = fits.judged(plays, split.learned, fitted, placed, plain)
     took = time.perf_counter() - began
     return Found(
         plays, split, selection, fitted, placed, identified, sure, judged, took

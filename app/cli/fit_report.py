@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,8 @@ from app import __version__
 from app.cli.console import note, say, show_table
 from app.services import candidates
 from app.services.fits import Placed
-from learning import NONE, Plays
+from learning import NONE, Floats, Plays
+from learning.chain import Chain
 from learning.em import Learned
 from learning.evaluation import Score
 from learning.fitting import Fitted
@@ -62,6 +64,7 @@ def report(found: Found) -> Mapping[str, object]:
         "types": recipe.types,
         "selection": None if found.selection is None else asdict(found.selection),
         "clock": recipe.in_time,
+        "mood": None if recipe.mood is None else asdict(recipe.mood),
         "items_by_model": found.items,
         "items_by_reason": found.placed.counts,
         "likelihood": whole.counts.likelihood,
@@ -100,8 +103,9 @@ def show(found: Found, out: Path) -> None:
     if found.selection is not None:
         _show_selection(found.selection)
     reward = np.array(found.plays.reward)
+    mean = partial(_mean, found.fitted.shares)
     rows = [
-        (str(number), str(found.items[number - 1]), _numbers(chain.observe[0] @ reward),
+        (str(number), str(found.items[number - 1]), _numbers(mean(chain) @ reward),
          _numbers(np.diagonal(chain.play)), _numbers(chain.prior))
         for number, chain in enumerate(types.chains, 1)
     ]  # fmt: skip
@@ -114,6 +118,12 @@ def show(found: Found, out: Path) -> None:
     for warning in (*found.identified.warnings, *_warnings(found)):
         note(f"Warning: {warning}")
     say(f"{out}/models.ndjson, {out}/items.ndjson, {out}/report.json")
+
+
+def _mean(shares: Floats, chain: Chain) -> Floats:
+    """(S, K) chances of signals in the mean mood."""
+    mean: Floats = np.tensordot(shares, chain.observe, 1)
+    return mean
 
 
 def _show_selection(found: Selection) -> None:

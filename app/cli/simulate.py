@@ -16,7 +16,7 @@ from app.cli.contenders import Policies, PolicyFile, entrant, entrants_in
 from app.cli.files import opened
 from app.cli.importing import FormatOption, refused
 from app.cli.session import DatabaseUrl, Session, configured, perform
-from app.errors import InvalidImport, TooLargeToBound
+from app.errors import InvalidImport, MoodsDiffer, TooLargeToBound
 from app.services import bounds, entrants, model_imports, openings, trials
 from app.services.beside import beside
 from app.services.entrants import Entrant
@@ -170,6 +170,8 @@ def _of_files(models: Path, items: Path | None, format_: Format | None) -> Openi
             return openings.of_files(known, lines)
     except InvalidImport as error:
         raise refused(error) from error
+    except MoodsDiffer as error:
+        raise Failed(f"{models}: {error.detail}") from error
 
 
 def _of_database(
@@ -193,7 +195,7 @@ def _warn(setting: Setting, depth: int) -> None:
     """Tell what will take long; refuse what would take days."""
     opening, course = setting.opening, setting.course
     expected = setting.expected_seconds
-    if setting.start is Start.BELIEF:
+    if setting.is_bounded:
         expected += _seconds_to_bound(opening, course.discount, depth)
     told = f"{len(opening.models)} models, {course.runs} runs"
     if expected > MOST_PATIENCE:
@@ -216,7 +218,7 @@ def _seconds_to_bound(opening: Opening, discount: float, depth: int) -> float:
 def _tried(setting: Setting, depth: int) -> Trial:
     most = None
     with progress() as bar:
-        if setting.start is Start.BELIEF:
+        if setting.is_bounded:
             waiting = bar.add_task("bound", total=None)
             discount, limits = setting.course.discount, bounds.OF_A_COMMAND
             work = partial(bounds.certified, setting.opening, discount, depth, limits)

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import compress
 from pathlib import Path
 
@@ -14,11 +14,11 @@ from learning import NONE, Bools, Plays
 from learning.chain import Chain
 from learning.evaluation import Score, compare
 from learning.evaluation.rates import arm_rate, constant
-from learning.fitting import Fitted
+from learning.fitting import Fitted, expected, moods_of
 from learning.inheritance import Inherited, inherit
 from learning.prediction import liked, predicted
 from learning.rests import moves_of
-from policies import Floats, Ints, as_ints
+from policies import Floats, Ints, Mood, as_ints
 
 NAMES: Mapping[int, Sequence[str]] = {
     2: ("low", "high"),
@@ -26,6 +26,7 @@ NAMES: Mapping[int, Sequence[str]] = {
     4: ("low", "medium", "high", "very high"),
 }
 DIGITS = 9
+MOODLESS = "without mood"
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +41,17 @@ class Naming:
     slot_s: float
 
 
+def usual_mood(plays: Plays) -> Mood:
+    """That of a log; where no times are known, there are no pauses."""
+    return Mood() if plays.seconds is not None else Mood(pause_s=None)
+
+
 def model_lines(fitted: Fitted, plays: Plays, naming: Naming) -> Iterator[str]:
     """Models as `import models` reads them, one for each type."""
     for number, chain in enumerate(fitted.types.chains, 1):
         name = _name(fitted, naming, number)
-        yield json.dumps(_model(chain, plays, name, naming), ensure_ascii=False)
+        model = _model(chain, name, naming) | _answers(chain, plays, fitted)
+        yield json.dumps(model, ensure_ascii=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,14 +116,22 @@ def item_lines(fitted: Fitted, placed: Placed, naming: Naming) -> Iterator[str]:
 
 
 def judged(
-    plays: Plays, learned: Bools, fitted: Fitted, placed: Placed
+    plays: Plays,
+    learned: Bools,
+    fitted: Fitted,
+    placed: Placed,
+    plain: Fitted | None = None,
 ) -> Sequence[Score]:
-    """How well plays are foretold that models were not learned from; none: nothing."""
+    """How well plays are foretold that models were not learned from; none: nothing.
+
+    plain: the same, learned without a mood, to tell what that gains
+    """
     held = ~learned & (plays.answer != NONE)
     if not held.any():
         return ()
     chances = {
         "learned": liked(plays, _expected(plays, fitted, placed)),
+        **({} if plain is None else {MOODLESS: liked(plays, expected(plays, plain))}),
         "user-arm rate": arm_rate(plays, learned),
         "constant": constant(plays, learned),
     }
@@ -126,8 +141,9 @@ def judged(
 def _expected(plays: Plays, fitted: Fitted, placed: Placed) -> Floats:
     """What is foretold if arms follow the models that are written."""
     of_arms = placed.of(plays.arms, fitted.types.of_arms)
-    chains, in_time = fitted.types.chains, fitted.recipe.in_time
-    return predicted(plays, chains, of_arms, in_time=in_time)
+    chains, recipe = fitted.types.chains, fitted.recipe
+    mood = moods_of(plays, recipe.mood)
+    return predicted(plays, chains, of_arms, mood, in_time=recipe.in_time)
 
 
 def write(folder: Path, name: str, lines: Iterator[str]) -> None:
@@ -143,9 +159,7 @@ def _name(fitted: Fitted, naming: Naming, number: int) -> str:
     return naming.prefix if alone else f"{naming.prefix}-{number}"
 
 
-def _model(
-    chain: Chain, plays: Plays, name: str, naming: Naming
-) -> Mapping[str, object]:
+def _model(chain: Chain, name: str, naming: Naming) -> dict[str, object]:
     size = len(chain.prior)
     play, rest = chain.play, chain.rest
     if chain.in_time:  # a play takes no time: the slot that it begins is rest, too
@@ -156,21 +170,27 @@ def _model(
         "states": NAMES.get(size) or [f"state {n}" for n in range(1, size + 1)],
         "play": _rounded(play),
         "rest": _rounded(rest),
-        **_answers(chain, plays),
         "prior": _rounded(chain.prior),
         "source": naming.source,
     }
 
 
-def _answers(chain: Chain, plays: Plays) -> Mapping[str, object]:
-    [observe] = chain.observe
+def _answers(chain: Chain, plays: Plays, fitted: Fitted) -> dict[str, object]:
+    mood = fitted.recipe.mood
+    observe = chain.observe[0] if mood is None else chain.observe
     if tuple(plays.signals) == (SKIP, LIKE) and plays.reward == (0.0, 1.0):
-        return {"like": _rounded(observe[:, 1])}
+        told = {"like": _rounded(observe[..., 1])}
+        return told if mood is None else {"mood": _mood(mood, fitted) | told}
+    told = {"observe": _rounded(observe)}
     return {
         "signals": list(plays.signals),
-        "observe": _rounded(observe),
         "reward": list(plays.reward),
+        **(told if mood is None else {"mood": _mood(mood, fitted) | told}),
     }
+
+
+def _mood(mood: Mood, fitted: Fitted) -> dict[str, object]:
+    return asdict(mood) | {"shares": _rounded(fitted.shares)}
 
 
 def _rounded(values: "np.typing.NDArray[np.float64]") -> object:

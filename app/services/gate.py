@@ -16,14 +16,16 @@ from functools import partial
 import numpy as np
 
 from app.domain import ItemModel
+from app.errors import MoodsDiffer
 from app.services import index_builds, index_tables, logs, models
 from app.services.candidates import Candidate
-from app.services.catalogue import mathematical
+from app.services.catalogue import mathematical, mood_rule
 from app.services.changes import Change
 from app.services.index_coverage import is_small
 from app.services.index_tables import Built
 from app.services.live import Live
 from app.services.models import Outcome
+from app.services.mood_rules import common
 from app.storage import revision
 from app.storage.database import Database
 from app.storage.store import Store
@@ -31,7 +33,9 @@ from learning import NONE, Bools, Floats, Plays
 from learning.chain import Chain
 from learning.evaluation import Score, compare
 from learning.evaluation.rates import arm_rate
+from learning.fitting import moods_of
 from learning.prediction import liked, predicted
+from policies import Mood
 
 LEARNED, PRESENT, RATE = "candidate", "present", "rate"
 
@@ -127,7 +131,7 @@ async def judge(
     look = partial(_setting, live=live, candidate=candidate, arms=plays.arms)
     setting = await database.run(look)
     progress("forecasts")
-    checks = [_items(candidate, setting), _signals(plays, setting)]
+    checks = [_items(candidate, setting), _signals(plays, setting), _moods(setting)]
     held = _held(plays, candidate)
     users = len(np.unique(plays.user[held]))
     scores: Sequence[Score] = ()
@@ -185,6 +189,16 @@ def _signals(plays: Plays, setting: _Setting) -> Check:
     return Check("signals", passed=True, detail=", ".join(plays.signals))
 
 
+def _moods(setting: _Setting) -> Check:
+    there = {model.id: model for model in setting.versions}
+    learned = {each.model.id: each.model for each in setting.outcomes}
+    try:
+        rule = common((each.id, each.mood) for each in (there | learned).values())
+    except MoodsDiffer as error:
+        return Check("mood", passed=False, detail=error.detail)
+    return Check("mood", passed=True, detail="none" if rule is None else "one")
+
+
 def _held(plays: Plays, candidate: Candidate) -> Bools:
     if plays.seconds is None:
         raise ValueError("plays: need times")
@@ -226,15 +240,20 @@ def _chance(
 ) -> Floats:
     """(P,) chance that each play is liked, if arms follow these models."""
     number = {model: place for place, model in enumerate(dict.fromkeys(follows))}
-    chains = [chain_of(there[model]) for model in number]
+    rule = common((model, there[model].mood) for model in there)
+    mood = None if rule is None else mood_rule(rule)
+    chains = [chain_of(there[model], mood) for model in number]
     rows = np.array([number[model] for model in follows])
-    return liked(plays, predicted(plays, chains, rows))
+    return liked(plays, predicted(plays, chains, rows, moods_of(plays, mood)))
 
 
-def chain_of(model: ItemModel) -> Chain:
-    """A model as learning has it."""
+def chain_of(model: ItemModel, mood: Mood | None = None) -> Chain:
+    """A model as learning has it, in all moods that there are."""
     plain = mathematical(model)
-    return Chain(plain.play, plain.rest, plain.observe[None], plain.prior)
+    classes = 1 if mood is None else mood.classes
+    shape = (classes, *plain.observe.shape)
+    observe = np.ascontiguousarray(np.broadcast_to(plain.observe_in, shape))
+    return Chain(plain.play, plain.rest, observe, plain.prior)
 
 
 def _not_worse(other: Score, learned: Score, terms: Terms) -> Check:

@@ -7,6 +7,7 @@ from app.domain import ItemModel
 from app.services.catalogue import mathematical
 from app.services.entrants import Entrant
 from app.services.items import NewItem
+from app.services.mood_rules import common
 from app.services.new_models import NewModel, check
 from learning import Plays
 from learning.em import Spread
@@ -73,6 +74,7 @@ def by_new_models(
     plays: Plays, models: Sequence[NewModel], items: Sequence[NewItem]
 ) -> Question:
     """A question by models and items of files."""
+    common((model.id, model.mood) for model in models)
     known = {model.id: check(model) for model in models}
     return _by_models(plays, known, items, "the models given")
 

@@ -123,7 +123,7 @@ def evaluate(
     scored = ~train & (plays.liked != NONE)
     if repeats:
         scored &= plays.repeated
-    _check_some(scored)
+    _check_any(scored)
     chances = {
         name: forecaster(plays, train) for name, forecaster in forecasters.items()
     }
@@ -146,7 +146,7 @@ def compare(
     Raises:
         ValueError: no play counts, or a forecast is no chance.
     """
-    _check_some(scored)
+    _check_any(scored)
     held = plays.of(scored)
     users, user, counts = np.unique(held.user, return_inverse=True, return_counts=True)
     counted = {name: _counted(name, given, scored) for name, given in chances.items()}
@@ -173,7 +173,7 @@ def compare(
     return [plays.users[u] for u in users], counts, scores
 
 
-def _check_some(scored: Bools) -> None:
+def _check_any(scored: Bools) -> None:
     if not scored.any():
         raise ValueError("plays: hold none to score after those that train")
 
