@@ -1,6 +1,7 @@
 """The command `encore fit`."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,9 @@ import pytest
 from distributed import LocalCluster
 
 from app.cli import build
+from learning import identification
 from learning.chain import Chain
+from learning.em import Effort
 from policies import Model
 from tests.app.commands import Encore
 from tests.app.service import Service
@@ -255,8 +258,11 @@ def test_new_items_take_after_those_of_their_tag(
     assert reasons == {"by_plays": 6, "by_tag": 2, "by_neither": 1}
 
 
-def test_a_cluster_learns_the_same(encore: Encore, log: Path, tmp_path: Path) -> None:
-    words = ("fit", log, "--unit", "seconds", *QUICK, "--types", 2)
+def test_a_cluster_learns_the_same(
+    encore: Encore, log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(identification, "Effort", partial(Effort, steps=2))
+    words = ("fit", log, "--unit", "seconds", *QUICK, "--steps", 6, "--types", 2)
 
     alone = encore(*words, "--out", tmp_path / "alone")
     with LocalCluster(
