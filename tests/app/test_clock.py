@@ -30,9 +30,9 @@ from learning.plays import Plays
 from learning.streams import streams
 from policies import Floats
 from tests.app.clocks import later, set_clock, with_database
+from tests.app.replays import taken_again
 from tests.app.service import Service
 from tests.app.test_audits import audit, rebuild
-from tests.app.test_replays import taken_again
 from tests.app.test_transfers import exported, history_in
 
 MINUTE, HOUR, DAY = 60.0, 3600.0, 86_400.0
