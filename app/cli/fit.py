@@ -46,6 +46,7 @@ class Asked:
     types:  to choose from
     draws:  of users, for intervals
     mood:   whether likes also depend on the last answers
+    stay:   items that nothing is told of stay with the models they have
     """
 
     recipe: Recipe
@@ -53,6 +54,7 @@ class Asked:
     types: Sequence[int]
     draws: int
     mood: bool
+    stay: bool
 
 
 def command(
@@ -146,6 +148,7 @@ def command(
         sizes("--types", types, USUAL_TYPES, 1, 32),
         draws,
         mood,
+        stay=not files and items is None,
     )
     make_folder(out)
     with spreading(scheduler) as spread:
@@ -201,7 +204,7 @@ def _found(
         reward, seed = np.array(plays.reward), recipe.effort.seed
         resample = partial(intervals, seen, fitted.whole, reward, recipe.smoothing)
         sure = resample(draws=asked.draws, seed=seed, spread=spread)
-    placed = fits.place(fitted, learned, items)
+    placed = fits.place(fitted, learned, items, stay=asked.stay)
     judged = fits.judged(plays, split.learned, fitted, placed, plain)
     took = time.perf_counter() - began
     return Found(

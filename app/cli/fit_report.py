@@ -43,11 +43,8 @@ class Found:
     @property
     def items(self) -> Sequence[int]:
         """How many follow each model."""
-        chains = len(self.fitted.types.chains)
-        counts: list[int] = np.bincount(
-            self.placed.found.kind, minlength=chains
-        ).tolist()
-        return counts
+        numbers = [number for _, number in self.placed.follows]
+        return [numbers.count(k) for k in range(len(self.fitted.types.chains))]
 
 
 def report(found: Found) -> Mapping[str, object]:

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import compress
 from pathlib import Path
 
 import numpy as np
@@ -59,10 +60,20 @@ class Placed:
 
     items: as they are described
     found: which type each is of, and why
+    stay:  whether items of which nothing is told stay with the models they have
     """
 
     items: Sequence[NewItem]
     found: Inherited
+    stay: bool
+
+    @property
+    def follows(self) -> Sequence[tuple[NewItem, int]]:
+        """Items that follow a learned model, and its number."""
+        told = zip(self.found.played, self.found.tag, strict=True)
+        moves = [played or tag is not None or not self.stay for played, tag in told]
+        pairs = zip(self.items, self.found.kind.tolist(), strict=True)
+        return [*compress(pairs, moves)]
 
     @property
     def counts(self) -> Mapping[str, int]:
@@ -76,23 +87,24 @@ class Placed:
 
     def of(self, arms: Sequence[str], usual: Ints) -> Ints:
         """Which type each arm follows: of an arm that is no item, the usual one."""
-        kinds = self.found.kind.tolist()
-        kind = dict(zip((item.id for item in self.items), kinds, strict=True))
+        kind = {item.id: number for item, number in self.follows}
         pairs = zip(arms, usual.tolist(), strict=True)
         return as_ints([kind.get(arm, other) for arm, other in pairs])
 
 
-def place(fitted: Fitted, plays: Plays, items: Sequence[NewItem] | None) -> Placed:
+def place(
+    fitted: Fitted, plays: Plays, items: Sequence[NewItem] | None, *, stay: bool
+) -> Placed:
     """Find the models of items; None: of those that the log names."""
     known = [NewItem(arm, "") for arm in plays.arms] if items is None else items
     tags = {item.id: item.tags for item in known}
     found = inherit(fitted.types, plays.arms, np.unique(plays.arm), tags)
-    return Placed(known, found)
+    return Placed(known, found, stay)
 
 
 def item_lines(fitted: Fitted, placed: Placed, naming: Naming) -> Iterator[str]:
     """Items as `import items` reads them, each with the model it follows."""
-    for item, kind in zip(placed.items, placed.found.kind.tolist(), strict=True):
+    for item, kind in placed.follows:
         plain: dict[str, object] = {
             "id": item.id,
             "model": _name(fitted, naming, kind + 1),
