@@ -77,11 +77,38 @@ class ItemSignals:
 
 
 @dataclass(frozen=True, slots=True)
+class MoodRule:
+    """How a user's last answers make a mood: see `policies.Mood`."""
+
+    answers: int
+    memory: float | None
+    levels: Sequence[float]
+    pause_s: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class ItemMood:
+    """What the user's mood makes of a model.
+
+    like:    expected reward by mood and state, None: there are signals
+    observe: chance of each signal by mood and state, None: there are none
+    shares:  how often each mood is met, None: all alike
+    """
+
+    rule: MoodRule
+    like: Sequence[Sequence[float]] | None = None
+    observe: Sequence[Sequence[Sequence[float]]] | None = None
+    shares: Sequence[float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class ItemModel:
     """One version of a model: how interest in its items moves and answers.
 
     like:    expected reward of a play, by state: without signals, chance of a like
     signals: None: a skip and a like
+    mood:    None: it is answered alike in all moods. Else `like` and the chances of
+             signals are the means over moods
     """
 
     id: str
@@ -96,6 +123,7 @@ class ItemModel:
     catalogue: int
     retired: bool = False
     signals: ItemSignals | None = None
+    mood: ItemMood | None = None
 
     @property
     def answers(self) -> Sequence[str]:

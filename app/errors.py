@@ -155,6 +155,11 @@ class IdempotencyConflict(Conflict):
     title = "This idempotency key was used for a different report"
 
 
+class MoodsDiffer(Conflict):
+    code = "moods_differ"
+    title = "All models of a catalogue have one mood"
+
+
 class ModelInUse(Conflict):
     code = "model_in_use"
     title = "Items still use this model"

@@ -15,12 +15,14 @@ from functools import partial, reduce
 from operator import add
 
 import numpy as np
+from distributed import LocalCluster
 
 from benchmarks.machine import describe
 from benchmarks.random_log import sampled
 from learning import Plays
 from learning.chain import Chain
-from learning.em import PARTS
+from learning.cluster import cluster
+from learning.em import Spread
 from learning.expectation import expect
 from learning.maximization import Smoothing, drawn, maximize
 from learning.streams import Streams, streams
@@ -47,10 +49,12 @@ def main() -> None:
             [models[arm % len(models)] for arm in range(arms)], users, SLOTS, 2
         )
         seen = streams(plays)
-        steps(seen.parts(PARTS)[:1], begun, 1, 1)  # compiles
+        steps(seen.parts()[:1], begun, 1, map)  # compiles
         for threads in (1, os.cpu_count() or 1):
-            work = partial(steps, seen.parts(PARTS), begun, STEPS, threads)
-            _tell(label, "Encore", threads, work)
+            with ThreadPoolExecutor(threads) as pool:
+                work = partial(steps, seen.parts(), begun, STEPS, pool.map)
+                _tell(label, "Encore", threads, work)
+        _tell_of_a_cluster(label, seen.parts(), begun)
         if arms == 1:
             _tell(label, "hmmlearn", 1, partial(by_hmmlearn, plays, begun))
 
@@ -64,14 +68,27 @@ def _tell(label: str, by: str, threads: int, work: Callable[[], float]) -> None:
     )
 
 
-def steps(parts: Sequence[Streams], chain: Chain, count: int, threads: int) -> float:
+def _tell_of_a_cluster(label: str, parts: Sequence[Streams], begun: Chain) -> None:
+    """Tell of as many processes; once they hold the log and have compiled code."""
+    workers = os.cpu_count() or 1
+    with (
+        LocalCluster(
+            n_workers=workers, threads_per_worker=1, dashboard_address=":0"
+        ) as machines,
+        cluster(machines.scheduler_address) as spread,
+    ):
+        steps(parts, begun, 1, spread)
+        work = partial(steps, parts, begun, STEPS, spread)
+        _tell(label, "Encore on Dask", workers, work)
+
+
+def steps(parts: Sequence[Streams], chain: Chain, count: int, spread: Spread) -> float:
     """Take plain steps of EM; return the ln likelihood before the last one."""
     likelihood = -np.inf
-    with ThreadPoolExecutor(threads) as pool:
-        for _ in range(count):
-            found = reduce(add, pool.map(partial(expect, chain=chain), parts))
-            likelihood = found.likelihood
-            chain = maximize(found, chain, NOTHING)
+    for _ in range(count):
+        found = reduce(add, spread(partial(expect, chain=chain), parts))
+        likelihood = found.likelihood
+        chain = maximize(found, chain, NOTHING)
     return likelihood
 
 

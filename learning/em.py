@@ -25,18 +25,20 @@ from learning.maximization import (
     rows,
 )
 from learning.streams import Streams
-from policies import Floats
+from policies import Floats, Ints
 
 T = TypeVar("T")
 R = TypeVar("R")
 
-PARTS = 8  # that the streams are counted in; sums do not depend on the machine
 LEAST = 1e-150
 TRIED = 12  # E steps from each beginning, before the best goes on
 
 
 class Spread(Protocol):
-    """How work on several things is spread: over threads, or over machines."""
+    """How work on several things is spread: over threads, or over machines.
+
+    Work is sent each time; things that were given before need not be.
+    """
 
     def __call__(self, work: Callable[[T], R], things: Iterable[T], /) -> Iterable[R]:
         """Return what the work gives, thing by thing, in their order; `map` does."""
@@ -79,10 +81,17 @@ class Learned:
 
 
 class Terms(NamedTuple):
-    """What is imagined beside what was seen, and what is not to be learned."""
+    """On what terms a chain is learned.
+
+    Attributes:
+        smoothing: what is imagined beside what was seen.
+        bond: what is not to be learned.
+        often: (U,) how often each user counts; None: once.
+    """
 
     smoothing: Smoothing
     bond: Bond = Bond.NONE
+    often: Ints | None = None
 
 
 class Climb:
@@ -110,7 +119,8 @@ class Climb:
         return False
 
     def _at(self, chain: Chain) -> tuple[Counts, float]:
-        found = reduce(add, self._spread(partial(expect, chain=chain), self._parts))
+        work = partial(_expected, chain=chain, often=self._terms.often)
+        found = reduce(add, self._spread(work, self._parts))
         return found, found.likelihood + log_prior(chain, self._terms.smoothing)
 
     def _step(self) -> Chain:
@@ -131,6 +141,11 @@ class Climb:
         if height > self.height:
             self.chain, self.counts, self.height = further, counts, height
         self.risen.append(self.height)
+
+
+def _expected(streams: Streams, chain: Chain, often: Ints | None) -> Counts:
+    weighed = streams if often is None else streams.weighing(often[streams.user])
+    return expect(weighed, chain)
 
 
 def stretched(first: Chain, second: Chain, third: Chain) -> Chain:
@@ -189,7 +204,7 @@ def learn(
         terms: see there.
         spread: how the work is spread.
     """
-    parts = streams.parts(PARTS)
+    parts = streams.parts()
     climbs = [Climb(parts, chain, terms, spread) for chain in beginnings]
     if len(climbs) > 1:
         for climb in climbs:

@@ -55,26 +55,37 @@ class Fitted:
     shares: Floats
 
 
-def fit(plays: Plays, recipe: Recipe, spread: Spread = map) -> Fitted:
+def fit(
+    plays: Plays, recipe: Recipe, spread: Spread = map, whole: Learned | None = None
+) -> Fitted:
     """Learn models.
 
     Args:
         plays: the log.
         recipe: how.
         spread: how the work is spread.
+        whole: the chain of all arms together, if it was learned before.
 
     Raises:
         ValueError: no play was answered, or rests in time are asked for where the log
             knows no times.
     """
-    answered = plays.answer != NONE
-    if not answered.any():
+    if (plays.answer == NONE).all():
         raise ValueError("no play of the log was answered")
     mood = moods_of(plays, recipe.mood)
     seen = streams(plays, mood, in_time=recipe.in_time)
     moods = recipe.mood.classes if recipe.mood else 1
+    whole = whole or _whole(plays, seen, moods, recipe, spread)
+    types = _types(seen, whole.chain, len(plays.arms), recipe, spread)
+    met = np.bincount(mood, minlength=moods) + 1e-3
+    return Fitted(recipe, types, whole, met / met.sum())
+
+
+def _whole(
+    plays: Plays, seen: Streams, moods: int, recipe: Recipe, spread: Spread
+) -> Learned:
     reward = np.array(plays.reward)
-    rate = float(reward[plays.answer[answered]].mean())
+    rate = float(reward[plays.answer[plays.answer != NONE]].mean())
     begun = beginnings(
         recipe.states,
         min(max(rate, LEAST_RATE), 1 - LEAST_RATE),
@@ -83,17 +94,15 @@ def fit(plays: Plays, recipe: Recipe, spread: Spread = map) -> Fitted:
         signals=len(plays.signals),
         in_time=recipe.in_time,
     )
-    whole = learn(seen, begun, reward, recipe.effort, Terms(recipe.smoothing), spread)
-    types = _types(seen, whole.chain, len(plays.arms), recipe, spread)
-    met = np.bincount(mood, minlength=moods) + 1e-3
-    return Fitted(recipe, types, whole, met / met.sum())
+    return learn(seen, begun, reward, recipe.effort, Terms(recipe.smoothing), spread)
 
 
 def moods_of(plays: Plays, mood: Mood | None) -> Ints:
     """Return (P,): the class of the user's mood at each play."""
     if mood is None:
         return np.zeros(len(plays), dtype=np.int64)
-    return mood.along(plays.first, plays.liked.astype(np.int64), plays.seconds)
+    liked = plays.liked.astype(np.int64)
+    return mood.along(plays.first, liked, plays.seconds, plays.slots)
 
 
 def _types(

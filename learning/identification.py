@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from learning.em import PARTS, Climb, Effort, Learned, Spread, Terms
+from learning.em import Climb, Effort, Learned, Spread, Terms
 from learning.maximization import Bond, Smoothing
 from learning.plays import NONE
 from learning.streams import Streams
@@ -109,7 +109,7 @@ def _lost(
 ) -> float:
     """Return how much lower a climb ends that keeps to a bond."""
     terms = Terms(smoothing, bond)
-    climb = Climb(streams.parts(PARTS), learned.chain, terms, spread)
+    climb = Climb(streams.parts(), learned.chain, terms, spread)
     effort = Effort()
     climb.on(effort.steps, effort.tolerance)
     return learned.counts.likelihood - climb.counts.likelihood

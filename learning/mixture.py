@@ -12,7 +12,7 @@ from operator import add
 import numpy as np
 
 from learning.chain import Chain, Counts
-from learning.em import PARTS, Effort, Spread
+from learning.em import Effort, Spread
 from learning.expectation import expect, likelihoods
 from learning.maximization import Smoothing, log_prior, maximize
 from learning.plays import NONE
@@ -67,7 +67,7 @@ def learn_types(
         smoothing: of each chain.
         spread: how the work is spread.
     """
-    parts = streams.parts(PARTS)
+    parts = streams.parts()
     seen = np.zeros(arms, dtype=np.bool_)
     seen[streams.arm] = True
     chains: Sequence[Chain] = [first] * types
@@ -75,13 +75,15 @@ def learn_types(
     risen: list[float] = []
     settled = False
     while len(risen) < effort.steps and not settled:
+        counts = _counts(parts, chains, belongs, spread)
         chains = [
-            maximize(_counts(parts, each, belongs[:, k], spread), each, smoothing)
-            for k, each in enumerate(chains)
+            maximize(each, chain, smoothing)
+            for each, chain in zip(counts, chains, strict=True)
         ]
         share = belongs[seen].sum(axis=0) + 1.0
         share /= share.sum()
-        joint = _told(parts, chains, arms, spread) + np.log(share)
+        told = spread(partial(_told, chains=chains, arms=arms), parts)
+        joint = reduce(add, told) + np.log(share)
         either = np.logaddexp.reduce(joint, axis=1)
         belongs = np.exp(joint - either[:, None])
         assumed = sum(log_prior(each, smoothing) for each in chains)
@@ -107,22 +109,26 @@ def _first_types(streams: Streams, arms: int, types: int) -> Floats:
 
 
 def _counts(
-    parts: Sequence[Streams], chain: Chain, belongs: Floats, spread: Spread
-) -> Counts:
-    weighed = [part.weighing(part.weight * belongs[part.arm]) for part in parts]
-    return reduce(add, spread(partial(expect, chain=chain), weighed))
+    parts: Sequence[Streams], chains: Sequence[Chain], belongs: Floats, spread: Spread
+) -> Sequence[Counts]:
+    """Return what each chain expects of the arms that belong to it."""
+    found = spread(partial(_expected, chains=chains, belongs=belongs), parts)
+    return [reduce(add, each) for each in zip(*found, strict=True)]
 
 
-def _told(
-    parts: Sequence[Streams], chains: Sequence[Chain], arms: int, spread: Spread
-) -> Floats:
+def _expected(
+    streams: Streams, chains: Sequence[Chain], belongs: Floats
+) -> Sequence[Counts]:
+    return [
+        expect(streams.weighing(belongs[streams.arm, k]), chain)
+        for k, chain in enumerate(chains)
+    ]
+
+
+def _told(streams: Streams, chains: Sequence[Chain], arms: int) -> Floats:
     """Return (A, K): ln of the chance of an arm's answers, if it were of a type."""
     told = np.zeros((arms, len(chains)))
-    found = spread(partial(_likelihoods, chains=chains), parts)
-    for part, each in zip(parts, found, strict=True):
-        np.add.at(told, part.arm, part.weight[:, None] * each)
+    for k, chain in enumerate(chains):
+        found = streams.weight * likelihoods(streams, chain)
+        told[:, k] = np.bincount(streams.arm, found, arms)
     return told
-
-
-def _likelihoods(streams: Streams, chains: Sequence[Chain]) -> Floats:
-    return np.stack([likelihoods(streams, chain) for chain in chains], axis=1)

@@ -88,13 +88,14 @@ def both_ways(seen: Seen, steps: Steps, weight: Floats, found: Found) -> None:
     )
     for n in range(len(weight)):
         begin, plays = seen.first[n], seen.first[n + 1] - seen.first[n]
-        found.likelihood[n] = _forward(seen, steps, path, begin, plays)
+        found.likelihood[n] = onward(seen, steps, path, begin, plays)
         if weight[n] > 0.0:
             _backward(seen, steps, path, begin, plays, weight[n], found)
 
 
 @inner
-def _forward(seen: Seen, steps: Steps, path: Path, begin: int, plays: int) -> float:
+def onward(seen: Seen, steps: Steps, path: Path, begin: int, plays: int) -> float:
+    """Write beliefs along a stream; return ln of the chance of its answers."""
     size, likelihood = len(steps.prior), 0.0
     for i in range(size):
         path.moved[0, i] = steps.prior[i]

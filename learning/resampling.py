@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from learning.bootstrap import TAILS, often
 from learning.chain import Chain
-from learning.em import PARTS, Climb, Learned, Spread, Terms
+from learning.em import Climb, Learned, Spread, Terms
 from learning.maximization import Smoothing
 from learning.streams import Streams
 from policies import Floats
 
-LEVEL = 0.95
 STEPS = 12  # E steps from the chain that all users gave
 
 
@@ -49,18 +49,16 @@ def intervals(
         seed: of the draws.
         spread: how the work is spread.
     """
-    rng = np.random.default_rng(seed)
-    users, row = np.unique(streams.user, return_inverse=True)
+    users, parts = np.unique(streams.user), streams.parts()
     found: list[Chain] = []
-    for _ in range(draws):
-        times = np.bincount(
-            rng.integers(0, len(users), len(users)), minlength=len(users)
-        )
-        weighed = streams.weighing(streams.weight * times[row])
-        climb = Climb(weighed.parts(PARTS), learned.chain, Terms(smoothing), spread)
+    for drawn in often(len(users), draws, seed):
+        times = np.zeros(users[-1] + 1, dtype=np.int64)
+        times[users] = drawn
+        terms = Terms(smoothing, often=times)
+        climb = Climb(parts, learned.chain, terms, spread)
         climb.on(STEPS, 0.0)
         found.append(climb.chain.ordered(reward, climb.counts))
-    return Intervals(*(_quantile(found, q) for q in ((1 - LEVEL) / 2, (1 + LEVEL) / 2)))
+    return Intervals(*(_quantile(found, share) for share in TAILS))
 
 
 def _quantile(chains: Sequence[Chain], share: float) -> Chain:

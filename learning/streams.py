@@ -10,9 +10,11 @@ from learning.plays import Bools, Plays
 from policies import Floats, Ints
 
 FINE = 512  # lengths of rest in time are kept to this part of themselves
+PARTS = 8  # at least
+PART = 1 << 17  # plays of a part, of a log that has many
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
 class Streams:
     """N streams of P plays in all: the plays of one arm to one user, in their order.
 
@@ -43,8 +45,14 @@ class Streams:
         """Return N."""
         return len(self.user)
 
-    def parts(self, most: int) -> Sequence["Streams"]:
-        """Return them in up to that many parts of whole users, about as long."""
+    def parts(self, most: int = 0) -> Sequence["Streams"]:
+        """Return them in parts of whole users, about as long.
+
+        Args:
+            most: how many at most; 0: as many as the log is long enough for. That does
+                not follow from the machine, so sums over parts do not, either.
+        """
+        most = most or max(PARTS, len(self.row) // PART)
         firsts = self.first[np.flatnonzero(np.diff(self.user, prepend=-1))]
         plays = self.first[-1]
         cuts = firsts[
@@ -53,15 +61,23 @@ class Streams:
             )
         ]
         bounds = np.unique([0, *np.searchsorted(self.first, cuts), len(self)])
-        place = np.arange(len(self))
-        return [self.of((a <= place) & (place < b)) for a, b in pairwise(bounds)]
+        return [self._between(*ends) for ends in pairwise(bounds.tolist())]
 
     def of(self, kept: Bools) -> "Streams":
         """Return some of the streams, (N,)."""
         plays = np.repeat(kept, np.diff(self.first))
+        lengths = np.diff(self.first)[kept]
+        return self._of(kept, plays, np.append(0, np.cumsum(lengths)))
+
+    def _between(self, begin: int, end: int) -> "Streams":
+        """Return those from one to before another."""
+        first = self.first[begin : end + 1]
+        return self._of(slice(begin, end), slice(first[0], first[-1]), first - first[0])
+
+    def _of(self, kept: Bools | slice, plays: Bools | slice, first: Ints) -> "Streams":
         used, rest = np.unique(self.rest[plays], return_inverse=True)
         return Streams(
-            np.concatenate(([0], np.cumsum(np.diff(self.first)[kept]))),
+            first,
             self.user[kept],
             self.arm[kept],
             self.answer[plays],
@@ -72,9 +88,9 @@ class Streams:
             self.weight[kept],
         )
 
-    def weighing(self, weight: Floats) -> "Streams":
-        """Return them, each counting so often, (N,)."""
-        return replace(self, weight=weight)
+    def weighing(self, weight: Floats | Ints) -> "Streams":
+        """Return them, each counting so many times as often, (N,)."""
+        return replace(self, weight=self.weight * weight)
 
 
 def streams(

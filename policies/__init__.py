@@ -21,7 +21,8 @@ from policies.bounds import Bound, Effort, bound, effort, worth_for_ever
 from policies.choice import Choice, Mixture, chances, choose
 from policies.index_table import MOST_DISCOUNT, IndexTable, build
 from policies.model import NO_ANSWER, InvalidModel, Model, Signals
-from policies.model_set import ModelSet
+from policies.model_set import ModelSet, mood_of
+from policies.mood import LIKED, NEUTRAL, Mood, MoodState
 from policies.parameters import Bounds, Parameter, parameters
 from policies.policy import Policy, Scorer
 from policies.ready import ready
@@ -33,8 +34,10 @@ from policies.warm_up import variants, warm_up
 __all__ = [
     "ALONE",
     "LIKE",
+    "LIKED",
     "MOST_DISCOUNT",
     "MOST_SURPRISE",
+    "NEUTRAL",
     "NEVER",
     "NONE",
     "NO_ANSWER",
@@ -54,6 +57,8 @@ __all__ = [
     "Mixture",
     "Model",
     "ModelSet",
+    "Mood",
+    "MoodState",
     "Parameter",
     "Policy",
     "Scorer",
@@ -73,6 +78,7 @@ __all__ = [
     "effort",
     "expected_like",
     "forecast",
+    "mood_of",
     "parameters",
     "params_of",
     "presets",

@@ -5,19 +5,24 @@ from functools import partial
 from policies.arrays import Floats, Ints
 from policies.compiled import compiled
 from policies.index import values
+from policies.lift import lifted
 from policies.policy import Scorer
 from policies.relaxation import Relaxation, least_of, priced_advantage
 from policies.situation import Situation
 
 
 def by_advantage(relaxation: Relaxation) -> Scorer:
-    """Score items by the advantage at the price at which the bound is least."""
+    """Score items by the advantage at the price at which the bound is least.
+
+    Of models with moods, that is the bound of the mean mood, and so none.
+    """
     return partial(_scored, relaxation)
 
 
 def _scored(relaxation: Relaxation, situation: Situation, _seed: int) -> Floats:
     price = least_of(relaxation, situation).price
-    return _advantages(relaxation, price, situation.model, situation.belief)
+    found = _advantages(relaxation, price, situation.model, situation.belief)
+    return lifted(found, situation)
 
 
 @compiled

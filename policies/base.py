@@ -23,6 +23,7 @@ Base: TypeAlias = Literal[
     "myopic", "whittle", "lagrangian", "best_fixed", "round_robin"
 ]
 LOOKED_UP = frozenset(("whittle", "lagrangian"))
+BY_MOOD = frozenset(("myopic", "whittle", "lagrangian"))
 
 
 class Imagined(NamedTuple):
@@ -87,7 +88,10 @@ class Bases:
             "whittle": lambda: index.tabled(tables.whittle, models.like.shape[1]),
             "lagrangian": lambda: priced_advantage(relaxation, 0.0),
         }
-        scores = [known[name]() for name in names]
+        scores = [
+            index.by_mood(known[name]()) if name in BY_MOOD else known[name]()
+            for name in names
+        ]
         leaf = priced_value(relaxation, 0.0) if bounded else ever
         priced = [(b, True) for b, name in enumerate(names) if name == "lagrangian"]
         return cls(

@@ -50,7 +50,9 @@ def move(
 
 @inner
 def learn(
-    models: ModelSet,
+    observe: Floats,
+    row_of: int,
+    play: Floats,
     m: int,
     belief: Floats,
     row: int,
@@ -58,20 +60,33 @@ def learn(
     after: Floats,
     to: int,
 ) -> float:
-    """Write the belief after a play of model m into after[to]; see `move`.
+    """Write the belief after a play and its signal into after[to]; see `move`.
+
+    Args:
+        observe: (R, K, S), chance of each signal by state.
+        row_of: row of the model's chances, in the mood of the play.
+        play: (M, S, S), moves.
+        m: row of the model.
+        belief: (R, S).
+        row: row of the belief.
+        signal: given, or NONE.
+        after: (Q, S).
+        to: row of the result.
 
     Returns the chance of the signal. Below IMPOSSIBLE the belief has moved as without
     an answer.
     """
-    chance = _learn(models, m, belief, row, signal, after, to)
+    chance = _learn(observe, row_of, play, m, belief, row, signal, after, to)
     if chance < IMPOSSIBLE:
-        _learn(models, m, belief, row, NONE, after, to)
+        _learn(observe, row_of, play, m, belief, row, NONE, after, to)
     return 1.0 if signal == NONE else chance
 
 
 @inner
 def _learn(
-    models: ModelSet,
+    observe: Floats,
+    row_of: int,
+    play: Floats,
     m: int,
     belief: Floats,
     row: int,
@@ -81,81 +96,87 @@ def _learn(
 ) -> float:
     chance = 0.0
     for i in range(belief.shape[1]):
-        told = 1.0 if signal == NONE else models.observe[m, signal, i]
+        told = 1.0 if signal == NONE else observe[row_of, signal, i]
         chance += belief[row, i] * told
     for j in range(belief.shape[1]):
         weight = 0.0
         for i in range(belief.shape[1]):
-            told = 1.0 if signal == NONE else models.observe[m, signal, i]
-            weight += belief[row, i] * told * models.play[m, i, j]
+            told = 1.0 if signal == NONE else observe[row_of, signal, i]
+            weight += belief[row, i] * told * play[m, i, j]
         after[to, j] = weight / chance
     return chance
 
 
 @compiled
 def _rest(
-    models: ModelSet, m: int, belief: Floats, row: int, slots: int, spare: Floats
+    powers: Floats, m: int, belief: Floats, row: int, slots: int, spare: Floats
 ) -> None:
     """Move belief[row] on by slots of rest, in place; `spare` is (1, S)."""
     level = 0
-    while slots > 0 and level < models.rest_powers.shape[1]:
+    while slots > 0 and level < powers.shape[1]:
         if slots & 1:
-            move(models.rest_powers[m], level, belief, row, spare, 0)
+            move(powers[m], level, belief, row, spare, 0)
             belief[row] = spare[0]
         slots >>= 1
         level += 1
 
 
 @compiled
-def rested(models: ModelSet, model: Ints, belief: Floats, slots: Ints) -> Floats:
-    """See `belief.rested`."""
+def rested(powers: Floats, model: Ints, belief: Floats, slots: Ints) -> Floats:
+    """See `belief.rested`; `powers` as `ModelSet` has them."""
     after = belief.copy()
     spare = np.empty((1, belief.shape[1]))
     for k in range(len(after)):
-        _rest(models, model[k], after, k, slots[k], spare)
+        _rest(powers, model[k], after, k, slots[k], spare)
     return after
 
 
 @compiled
-def expected_like(like: Floats, model: Ints, belief: Floats) -> Floats:
-    """See `belief.expected_like`; `like` is (M, S)."""
-    chances = np.empty(len(model))
-    for k in range(len(model)):
-        chances[k] = like_chance(like, model[k], belief, k)
+def expected_like(like: Floats, rows: Ints, belief: Floats) -> Floats:
+    """See `belief.expected_like`; `rows` (K,) of `like` (R, S)."""
+    chances = np.empty(len(rows))
+    for k in range(len(rows)):
+        chances[k] = like_chance(like, rows[k], belief, k)
     return chances
 
 
 @compiled
 def answered(
-    models: ModelSet, m: int, belief: Floats, signal: int
+    observe: Floats, row_of: int, play: Floats, m: int, belief: Floats, signal: int
 ) -> tuple[Floats, float]:
     """Return the belief after a play and the chance of its signal."""
     after = np.empty((1, len(belief)))
-    chance = learn(models, m, belief.reshape(1, -1), 0, signal, after, 0)
+    chance = learn(observe, row_of, play, m, belief.reshape(1, -1), 0, signal, after, 0)
     return after[0], chance
 
 
 @compiled
 def replayed(
-    models: ModelSet, m: int, slots: Ints, signals: Ints
+    models: ModelSet, m: int, slots: Ints, signals: Ints, moods: Ints
 ) -> tuple[int, Floats]:
-    """See `belief.replayed`."""
+    """See `belief.replayed`; `moods` may be empty: 0, all."""
     belief = models.prior[m : m + 1].copy()
     spare = np.empty_like(belief)
-    slot = 0
+    slot, row_of = 0, m * models.classes
     for p in range(len(slots)):
-        _rest(models, m, belief, 0, slots[p] - slot, spare)
-        learn(models, m, belief, 0, signals[p], spare, 0)
+        _rest(models.rest_powers, m, belief, 0, slots[p] - slot, spare)
+        if len(moods) > 0:
+            row_of = m * models.classes + moods[p]
+        learn(
+            models.observe_in, row_of, models.play, m, belief, 0, signals[p], spare, 0
+        )
         belief[0] = spare[0]
         slot = slots[p] + 1
     return slot, belief[0]
 
 
 @compiled
-def forecast(models: ModelSet, m: int, belief: Floats, slots: int) -> Floats:
-    """See `belief.forecast`."""
+def forecast(
+    rest: Floats, m: int, like: Floats, row_of: int, belief: Floats, slots: int
+) -> Floats:
+    """See `belief.forecast`; `row_of` the model in a mood, in `like`."""
     beliefs = np.empty((slots + 1, len(belief)))
     beliefs[0] = belief
     for k in range(slots):
-        move(models.rest, m, beliefs, k, beliefs, k + 1)
-    return expected_like(models.like, np.full(slots, m), beliefs[1:])
+        move(rest, m, beliefs, k, beliefs, k + 1)
+    return expected_like(like, np.full(slots, row_of), beliefs[1:])

@@ -6,6 +6,9 @@ signal y, and pi(i) without an answer, the belief after a play is w P1 / sum(w);
 slots of rest it is pi P0^k. Where the signals are a skip and a like, O(i, like) is
 rho(i).
 
+Where models have a mood, chances are those of the mood in which the play was: known, so
+that nothing else changes.
+
 The arithmetic is that of `bayes`, always: a belief rebuilt from a log equals the one
 that was carried along, to the bit.
 """
@@ -24,6 +27,7 @@ from policies.model_set import ModelSet
 RETURNED = 1e-12  # least difference (L1) from the belief of an item never played
 REMEMBERED = 256  # slots for which a play is remembered although interest returned
 MOST_SURPRISE = -math.log(IMPOSSIBLE)
+UNKNOWN = np.empty(0, dtype=np.int64)
 
 
 class Answered(NamedTuple):
@@ -54,13 +58,15 @@ def rested(models: ModelSet, model: Ints, belief: Floats, slots: Ints) -> Floats
     Returns:
         (K, S); a row with k = 0 is unchanged to the bit.
     """
-    return bayes.rested(models, as_ints(model), as_floats(belief), as_ints(slots))
+    powers = models.rest_powers
+    return bayes.rested(powers, as_ints(model), as_floats(belief), as_ints(slots))
 
 
 def untouched(models: ModelSet, slot: int) -> Floats:
     """Return (M, S): each model's belief at `slot` of an item never played."""
     rows = np.arange(len(models.states))
-    return bayes.rested(models, rows, models.prior, np.full(len(rows), slot))
+    waited = np.full(len(rows), slot)
+    return bayes.rested(models.rest_powers, rows, models.prior, waited)
 
 
 def returned(belief: Floats, fresh: Floats) -> NDArray[np.bool_]:
@@ -74,7 +80,9 @@ def returned(belief: Floats, fresh: Floats) -> NDArray[np.bool_]:
     return same
 
 
-def expected_like(models: ModelSet, model: Ints, belief: Floats) -> Floats:
+def expected_like(
+    models: ModelSet, model: Ints, belief: Floats, mood: Ints | int = 0
+) -> Floats:
     """Return (K,): the expected reward, r(pi) = sum_i pi(i) rho(i), of each belief.
 
     Where the signals are a skip and a like, that is the chance of a like.
@@ -83,11 +91,17 @@ def expected_like(models: ModelSet, model: Ints, belief: Floats) -> Floats:
         models: M models of S states.
         model: (K,) row of each belief's model.
         belief: (K, S).
+        mood: class of the mood, one for all or (K,).
     """
-    return bayes.expected_like(models.like, as_ints(model), as_floats(belief))
+    rows = as_ints(model)
+    if models.classes > 1:
+        rows = rows * models.classes + mood
+    return bayes.expected_like(models.like_in, rows, as_floats(belief))
 
 
-def answered(models: ModelSet, model: int, belief: Floats, signal: int) -> Answered:
+def answered(
+    models: ModelSet, model: int, belief: Floats, signal: int, mood: int = 0
+) -> Answered:
     """Move the belief of an item that was played on by its slot.
 
     Args:
@@ -96,14 +110,22 @@ def answered(models: ModelSet, model: int, belief: Floats, signal: int) -> Answe
         belief: (S,) in the slot of the play.
         signal: its number in the model (SKIP and LIKE where it has no others), or
             NONE.
+        mood: class of the mood in which it was played.
     """
-    after, chance = bayes.answered(models, model, as_floats(belief), signal)
+    row, now = model * models.classes + mood, as_floats(belief)
+    after, chance = bayes.answered(
+        models.observe_in, row, models.play, model, now, signal
+    )
     surprise = max(0.0, -math.log(max(chance, IMPOSSIBLE)))
     return Answered(after, surprise, impossible=chance < IMPOSSIBLE)
 
 
 def replayed(
-    models: ModelSet, model: int, slots: Ints, signals: Ints
+    models: ModelSet,
+    model: int,
+    slots: Ints,
+    signals: Ints,
+    moods: Ints | None = None,
 ) -> tuple[int, Floats]:
     """Rebuild one item's belief from the log of its plays.
 
@@ -112,15 +134,19 @@ def replayed(
         model: row of the item's model.
         slots: (P,) slots in which it was played, ascending.
         signals: (P,) see `answered`.
+        moods: (P,) class of the mood in which each play was; None: 0, of all.
 
     Returns:
         The slot after the last play, and the (S,) belief in it. Without plays: slot 0
         and the prior.
     """
-    return bayes.replayed(models, model, as_ints(slots), as_ints(signals))
+    known = UNKNOWN if moods is None else as_ints(moods)
+    return bayes.replayed(models, model, as_ints(slots), as_ints(signals), known)
 
 
-def forecast(models: ModelSet, model: int, belief: Floats, slots: int) -> Floats:
+def forecast(
+    models: ModelSet, model: int, belief: Floats, slots: int, mood: int = 0
+) -> Floats:
     """Return (slots,): the expected reward after 1, 2, ... further slots of rest.
 
     Args:
@@ -128,5 +154,9 @@ def forecast(models: ModelSet, model: int, belief: Floats, slots: int) -> Floats
         model: row of the item's model.
         belief: (S,) now.
         slots: length of the forecast.
+        mood: class of the mood that lasts.
     """
-    return bayes.forecast(models, model, as_floats(belief), slots)
+    row = model * models.classes + mood
+    return bayes.forecast(
+        models.rest, model, models.like_in, row, as_floats(belief), slots
+    )

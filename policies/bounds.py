@@ -5,6 +5,9 @@ the best play earns if L comes after it. T L <= L, since V is at least what a pl
 what a rest is worth, so J* <= T^D L <= ... <= T L <= L. The price is chosen last, where
 T^D L is least; it is convex in w. V comes from value iteration on a grid, which only
 errs upwards (Lovejoy 1991).
+
+Of models with moods there is no bound: a mood ties the items together, and L in the
+mean mood bounds nothing.
 """
 
 from collections.abc import Callable
@@ -23,7 +26,7 @@ from policies.model_set import ModelSet
 from policies.moves import Moves, moves
 from policies.situation import Situation
 from policies.subsidy import Arm
-from policies.tree import SUM_LEAF, Now, now_of, planted, sum_at_rest
+from policies.tree import SUM_LEAF, now_of, planted, sum_at_rest
 
 PRECISION = 1e-6  # of V, in rewards
 NARROW = 1e-4  # the price is found to this share of its range
@@ -86,8 +89,11 @@ def bound(
         most_points: size of the grids; finer ones give lower bounds.
 
     Raises:
-        ValueError: items of the slot are chosen already.
+        ValueError: items of the slot are chosen already; or the models have moods, for
+            which nothing is known to be a bound.
     """
+    if situation.models.classes > 1:
+        raise ValueError("mood: of models with moods there is no bound")
     if len(situation.slate.model) > 0:
         raise ValueError("slate: the slot has begun")
     models, rows = situation.models, np.unique(situation.model).tolist()
@@ -144,9 +150,8 @@ def _ahead(
     alike, _ = distinct(groups_of(situation), False)
     now, items = now_of(situation), int(alike.size.sum())
     plays = min(now.plays, items)
-    present = Now(plays, now.model, now.belief)
     tried = depth * plays  # in the last slot, too, all items stand at its end
-    tree = planted(steps, alike, worth, SUM_LEAF, present, tried, discount)
+    tree = planted(steps, alike, worth, SUM_LEAF, now, tried, discount)
     paid = price * (items - plays) / (1 - discount)
     tree.constant[0] = sum_at_rest(tree) - paid
     if depth == 0:

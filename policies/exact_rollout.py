@@ -81,6 +81,10 @@ class ExactRollout:
     leaf "lagrangian" has a slot followed to its end. Where that would have too many
     futures, items are scored by their Lagrangian advantage.
 
+    Where models have a mood, every play on a path is chosen, earns and is answered in
+    the mood that the answers before it have led to. The leaf values items as in their
+    mean mood: it is a guess then, the leaf "lagrangian" no bound.
+
     Attributes:
         base: policies followed after the first plays; of several, the best one for
             what has been answered by then.
@@ -175,9 +179,8 @@ class ExactRollout:
 
 def _next_reward(models: ModelSet) -> Floats:
     """Return (M,): the reward that no item can exceed in the next slot."""
-    after = np.maximum(
-        models.play @ models.like[..., None], models.rest @ models.like[..., None]
-    )
+    like = models.most_like[..., None]
+    after = np.maximum(models.play @ like, models.rest @ like)
     most: Floats = after[..., 0].max(axis=1, initial=0.0)
     return most
 
@@ -207,12 +210,18 @@ def _fitted(plan: Plan, situation: Situation) -> Plan | None:
         while after > 1 and tried * plan.signals**after > MOST_PLAYS:
             after -= 1
         if plan.leaf != SUM_LEAF:
-            return plan._replace(depth=depth, levels=depth + after)
+            return _looking(plan, depth, depth + after)
         more = _until_the_slot_ends(depth + after, situation)
         futures = plan.signals ** (after + more)
         if more == 0 or (futures <= FEW_FUTURES and tried * futures <= MOST_PLAYS):
-            return plan._replace(depth=depth, levels=depth + after + more)
+            return _looking(plan, depth, depth + after + more)
     return None
+
+
+def _looking(plan: Plan, depth: int, levels: int) -> Plan:
+    if (depth, levels) == (plan.depth, plan.levels):
+        return plan
+    return plan._replace(depth=depth, levels=levels)
 
 
 def _until_the_slot_ends(levels: int, situation: Situation) -> int:
@@ -233,18 +242,11 @@ def _scores(
     if len(scores) == 0:
         return scores
     alike, row = distinct(groups, plan.by_rest)
-    items = alike.size.sum() + len(now.model)
-    plays = min(now.plays, items)
-    tree = planted(
-        steps,
-        alike,
-        imagined.scores,
-        plan.leaf,
-        Now(plays, now.model, now.belief),
-        plan.levels,
-        plan.discount,
-    )
+    index, levels = imagined.scores, plan.levels
+    tree = planted(steps, alike, index, plan.leaf, now, levels, plan.discount)
     if plan.leaf == SUM_LEAF:
+        items = alike.size.sum() + len(now.model)
+        plays = min(now.plays, items)
         paid = imagined.price * (items - plays) / (1 - plan.discount)
         tree.constant[0] = sum_at_rest(tree) - paid
     found = first_plays(tree, plan.depth, plan.ceiling, plan.prune)

@@ -25,6 +25,7 @@ PLACE = np.dtype(
         ("size", np.int64),  # points of a layer
         ("divisions", np.int64),  # of its grid
         ("states", np.int64),  # of the model
+        ("lifts", np.int64),  # 1: what the mood adds to the reward is added
     ]
 )
 
@@ -67,6 +68,16 @@ def tabled(layers: Layers, states: int) -> Index:
     place["divisions"], place["states"] = layers.divisions, layers.states
     worth = np.zeros((1, len(layers.states), states))
     return Index(worth, place, layers.steps, layers.values)
+
+
+def by_mood(index: Index) -> Index:
+    """Return functions to which it is added what the mood adds to the reward.
+
+    `value_of` leaves that to its callers, who know the mood.
+    """
+    place = index.place.copy()
+    place["lifts"] = 1
+    return index._replace(place=place)
 
 
 def together(parts: Sequence[Index]) -> Index:

@@ -75,7 +75,7 @@ def subsidies(
     """Return (G,): the subsidy of each belief; equal ones have the same, to the bit.
 
     Args:
-        models: M models of S states.
+        models: M models of S states, taken in their mean mood.
         model: (G,) row of each belief's model.
         belief: (G, S).
         search: how to search.
@@ -194,7 +194,8 @@ def _follow(imagined: _Imagined, m: int, h: int, first: int) -> None:
             branch.members[end] = member
             signal, end = own, end + 1
     branch.end[h + 1] = end
-    learn(models, m, branch.belief, h, signal, branch.belief, h + 1)
+    belief = branch.belief
+    learn(models.observe, m, models.play, m, belief, h, signal, belief, h + 1)
 
 
 @inner

@@ -25,6 +25,8 @@ from policies.tables import Tables
 class Lagrangian:
     """Scores an item by the advantage of playing it over resting it, at a price.
 
+    Both are of the mean mood; what the present mood adds to the reward is added.
+
     Attributes:
         discount: beta.
     """

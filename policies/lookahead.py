@@ -18,15 +18,19 @@ from policies.arrays import Floats, Ints
 from policies.bayes import IMPOSSIBLE, like_chance, move
 from policies.compiled import compiled, inner, variable
 from policies.index import value_of
+from policies.moves import are_moody, lift_of, row_in
 from policies.tree import (
     NO_LEAF,
     SUM_LEAF,
     Tree,
     answer,
     excess,
+    feel,
     follow,
     left,
+    liked,
     pass_slot,
+    reward_of,
     touch,
 )
 
@@ -37,7 +41,7 @@ class Ceiling(NamedTuple):
     """What no item of a model can exceed, by any plays and answers.
 
     Attributes:
-        reward: (M,) expected reward in the next slot.
+        reward: (M,) expected reward in the next slot, in any mood.
         leaf: (M,) worth of playing for ever.
     """
 
@@ -49,8 +53,9 @@ class Shared(NamedTuple):
     """What the bases earn if the candidate is not played again.
 
     Attributes:
-        value: (B,).
-        lowest: (B, T + 1) see `Tree`.
+        value: (W, B), by the mood that the candidate's answer leads to: W is 2, row 1
+            after a like; or 1 where there are no moods.
+        lowest: (B, T + 1, C) see `Tree`.
         used: (B, G) see `Tree`.
         most: (T + 2,) more than which nothing can earn from a level on; infinite where
             that is not known.
@@ -97,12 +102,15 @@ def first_plays(tree: Tree, depth: int, ceiling: Ceiling, prune: bool) -> Floats
 @compiled
 def _shared(tree: Tree, depth: int, ceiling: Ceiling) -> Shared:
     """Follow the bases from level 1 as if nothing were played at level 0."""
-    value = np.zeros(tree.bases)
+    value = np.zeros((2 if are_moody(tree.moves) else 1, tree.bases))
     if depth == 1:
         tree.level[0].played = -1
         pass_slot(tree, 0)
-        for b in range(len(value)):
-            value[b] = follow(tree, b, variable(1))
+        for way in range(len(value)):
+            if are_moody(tree.moves):
+                feel(tree.moves.rule, tree.level, 0, way)
+            for b in range(tree.bases):
+                value[way, b] = follow(tree, b, variable(1))
     return Shared(value, tree.lowest.copy(), tree.used.copy(), _most(tree, ceiling))
 
 
@@ -117,7 +125,11 @@ def _most(tree: Tree, ceiling: Ceiling) -> Floats:
         leaf = max(leaf, ceiling.leaf[tree.item[k].model])
     for g in range(len(tree.group)):
         m = tree.group[g]
-        reward = max(reward, ceiling.reward[m], tree.schedule.like[0, g])
+        reward = max(reward, ceiling.reward[m])
+        for mood in range(tree.moves.classes):  # of another play in this slot
+            chances = row_in(tree.moves, m, mood)
+            now = like_chance(tree.moves.like, chances, tree.schedule.belief, g)
+            reward = max(reward, now)
         leaf = max(leaf, ceiling.leaf[m])
     most[end] = tree.level[end].power * leaf if tree.leaf != NO_LEAF else 0.0
     for h in range(end - 1, -1, -1):
@@ -136,7 +148,7 @@ def _first_play(
     """
     before, exact = tree.level[0].touched, True
     touch(tree, 0, g)
-    total = tree.schedule.like[0, g]
+    total = tree.schedule.reward[g]
     pass_slot(tree, 0)
     for signal in range(tree.moves.signals[tree.group[g]]):
         chance = answer(tree, 0, signal)
@@ -148,8 +160,9 @@ def _first_play(
             future = shared.most[1]
             if bounded == 0:
                 future = _best(tree, variable(1), depth, shared.most)
-        for b in range(len(shared.value) if depth == 1 else 0):
-            apart, value = _apart(tree, b, g, shared)
+        way = liked(tree, tree.group[g], signal) if are_moody(tree.moves) else 0
+        for b in range(tree.bases if depth == 1 else 0):
+            apart, value = _apart(tree, b, g, way, shared)
             if not apart:
                 exact = exact and bounded == 0
                 value = shared.most[1] if bounded == 1 else follow(tree, b, variable(1))
@@ -160,10 +173,11 @@ def _first_play(
 
 
 @inner
-def _apart(tree: Tree, b: int, g: int, shared: Shared) -> tuple[bool, float]:
+def _apart(tree: Tree, b: int, g: int, way: int, shared: Shared) -> tuple[bool, float]:
     """Say whether base b never plays the candidate again, and what it earns then.
 
-    The candidate, of group g, has been answered; from level 1 on it rests.
+    The candidate, of group g, has been answered; from level 1 on it rests. `way` is the
+    row of what is shared.
     """
     if shared.used[b, g] >= tree.size[g]:
         return False, 0.0
@@ -175,12 +189,28 @@ def _apart(tree: Tree, b: int, g: int, shared: Shared) -> tuple[bool, float]:
         if tree.level[h].slot == tree.level[0].slot:
             continue
         rested = float(tree.level[h].slot - tree.level[0].slot - 1)
-        m = tree.item[k].model
-        score = value_of(tree.scores, b, m, tree.belief, at, rested, tree.corners)
-        if score >= shared.lowest[b, h]:
+        if _wanted(tree, b, h, at, tree.item[k].model, rested, shared):
             return False, 0.0
     own = tree.level[end].power * excess(tree, end, k) if tree.leaf == SUM_LEAF else 0.0
-    return True, shared.value[b] + own
+    return True, shared.value[way, b] + own
+
+
+@inner
+def _wanted(
+    tree: Tree, b: int, h: int, at: int, m: int, rested: float, shared: Shared
+) -> bool:
+    """Say whether base b might play an item at level h, in a mood that it was in."""
+    score = value_of(tree.scores, b, m, tree.belief, at, rested, tree.corners)
+    if not are_moody(tree.moves):
+        return bool(score >= shared.lowest[b, h, 0])
+    lifts = tree.scores.place[b, m].lifts == 1
+    for mood in range(tree.moves.classes):
+        if shared.lowest[b, h, mood] == np.inf:
+            continue
+        lift = lift_of(tree.moves, m, mood, tree.belief, at) if lifts else 0.0
+        if score + lift >= shared.lowest[b, h, mood]:
+            return True
+    return False
 
 
 @inner
@@ -204,9 +234,8 @@ def _best(tree: Tree, h: int, depth: int, most: Floats) -> float:
     for choice in range(total + before):
         if not _take(tree, h, choice):
             continue
-        k = tree.level[h].played
-        at, m = h * len(tree.item) + k, tree.item[k].model
-        worth = tree.level[h].power * like_chance(tree.moves.like, m, tree.belief, at)
+        m = tree.item[tree.level[h].played].model
+        worth = tree.level[h].power * reward_of(tree, h)
         if worth + most[h + 1] >= best:
             pass_slot(tree, h)
             for signal in range(tree.moves.signals[m]):

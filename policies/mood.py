@@ -10,9 +10,12 @@ from itertools import pairwise
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from policies.arrays import Floats, Ints, as_floats, as_ints
 from policies.compiled import compiled, inner
+
+Bools: TypeAlias = NDArray[np.bool_]
 
 MOST_ANSWERS = 4
 MOST_LEVELS = 16
@@ -38,8 +41,8 @@ NEUTRAL = MoodState()
 
 
 # How answers make a mood, as compiled code takes it, quickly: one array. The answers
-# told apart, the least weight of one in the tendency, whether a play after a pause has
-# a mood of its own, and the levels.
+# told apart, the least weight of one in the tendency, the seconds after which a play
+# has a mood of its own (0: none has), and the levels.
 Rule: TypeAlias = Floats
 ANSWERS, WEIGHT, PAUSES, LEVELS = 0, 1, 2, 3
 
@@ -66,6 +69,11 @@ def next_state(rule: Rule, state: MoodState, liked: int) -> MoodState:
     step = max(1.0 / (state.told + 2.0), rule[WEIGHT])
     tendency = state.tendency + step * (liked - state.tendency)
     return MoodState(recent, state.told + 1, tendency)
+
+
+def paused(rule: Rule, waited_s: float | None) -> bool:
+    """Return whether a play has the mood that follows a pause; see `Mood.of`."""
+    return waited_s is not None and bool(0.0 < rule[PAUSES] < waited_s)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,57 +127,93 @@ class Mood:
             waited_s: seconds since the last play; None: it is the first, or nobody
                 knows.
         """
-        return class_of(self.rule, state, self.resumed(waited_s))
-
-    def resumed(self, waited_s: float | None) -> bool:
-        """Say whether a play so many seconds after the last one comes after a pause."""
-        return (
-            self.pause_s is not None
-            and waited_s is not None
-            and waited_s > self.pause_s
-        )
+        return class_of(self.rule, state, paused(self.rule, waited_s))
 
     def after(self, state: MoodState, liked: int) -> MoodState:
         """Return what follows an answer: 1 a like, 0 another, NONE none."""
         return MoodState(*next_state(self.rule, state, liked))
 
-    def along(self, first: Ints, liked: Ints, seconds: Floats | None) -> Ints:
+    def along(
+        self,
+        first: Ints,
+        liked: Ints,
+        seconds: Floats | None,
+        slots: Ints | None = None,
+    ) -> Ints:
         """Return (P,): the class of the mood before each play of a log.
+
+        The plays of a slot are all in the mood in which it begins, and a pause is one
+        between the beginnings of two slots.
 
         Args:
             first: (U + 1,) where each user's plays begin.
             liked: (P,) 1, 0 or NONE.
             seconds: (P,) when plays began; None: not known.
+            slots: (P,) in which they were; None: each in one of its own.
         """
-        known = seconds is not None
-        return _along(
-            self.rule,
-            as_ints(first),
-            as_ints(liked),
-            as_floats(seconds if seconds is not None else np.empty(0)),
-            self.pause_s if known and self.pause_s is not None else np.inf,
-        )
+        known, bounds = as_ints(liked), as_ints(first)
+        slot = np.arange(len(known)) if slots is None else as_ints(slots)
+        resumed = np.zeros(len(known), dtype=np.bool_)
+        if seconds is not None and self.pause_s is not None:
+            resumed = _resumed(bounds, slot, seconds, self.pause_s)
+        return _along(self.rule, bounds, known, slot, resumed)
 
     @property
     def rule(self) -> Rule:
         """Return what compiled code needs of it."""
         weight = 0.0 if self.memory is None else 1.0 / self.memory
-        pauses = self.pause_s is not None
-        return as_floats((self.answers, weight, pauses, *self.levels))
+        return as_floats((self.answers, weight, self.pause_s or 0.0, *self.levels))
 
 
 NO_RULE = Mood(answers=0, memory=None, levels=(), pause_s=None).rule
 
 
+def _resumed(first: Ints, slot: Ints, seconds: Floats, pause_s: float) -> Bools:
+    """Return (P,): whether a play is the first of a slot that comes after a pause."""
+    user = np.repeat(np.arange(len(first) - 1), np.diff(first))
+    fresh = np.ones(len(slot), dtype=np.bool_)
+    fresh[1:] = (slot[1:] != slot[:-1]) | (user[1:] != user[:-1])
+    begun = np.flatnonzero(fresh)
+    again = user[begun[1:]] == user[begun[:-1]]
+    resumed = np.zeros(len(slot), dtype=np.bool_)
+    resumed[begun[1:]] = again & (np.diff(seconds[begun]) > pause_s)
+    return resumed
+
+
 @compiled
-def _along(rule: Rule, first: Ints, liked: Ints, seconds: Floats, pause: float) -> Ints:
+def _along(rule: Rule, first: Ints, liked: Ints, slots: Ints, resumed: Bools) -> Ints:
     found = np.empty(len(liked), dtype=np.int64)
     for u in range(len(first) - 1):
-        state = MoodState(1, 0, 0.5)
-        for p in range(first[u], first[u + 1]):
-            resumed = (
-                pause < np.inf and p > first[u] and seconds[p] - seconds[p - 1] > pause
-            )
-            found[p] = class_of(rule, state, resumed)
-            state = next_state(rule, state, liked[p])
+        _follow(rule, first[u], first[u + 1], liked, slots, resumed, found)
     return found
+
+
+@compiled
+def course(
+    rule: Rule, liked: Ints, slots: Ints, resumed: Bools
+) -> tuple[Ints, MoodState]:
+    """See `ModelSet.mood_course`."""
+    found = np.empty(len(liked), dtype=np.int64)
+    return found, _follow(rule, 0, len(liked), liked, slots, resumed, found)
+
+
+@inner
+def _follow(
+    rule: Rule,
+    first: int,
+    after: int,
+    liked: Ints,
+    slots: Ints,
+    resumed: Bools,
+    found: Ints,
+) -> MoodState:
+    """Write the moods of one user's plays; return what the last slot began with."""
+    state, begun = MoodState(1, 0, 0.5), first
+    before = state
+    for p in range(first, after):
+        if p == first or slots[p] != slots[begun]:
+            before, begun = state, p
+            found[p] = class_of(rule, state, resumed[p])
+        found[p] = found[begun]
+        state = next_state(rule, state, liked[p])
+    return before

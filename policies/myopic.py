@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from policies.arrays import Floats
-from policies.belief import expected_like
+from policies.bayes import expected_like
 from policies.model_set import ModelSet
 from policies.policy import Scorer
 from policies.situation import Situation
@@ -16,7 +16,7 @@ from policies.tables import Tables
 
 @dataclass(frozen=True, slots=True)
 class Myopic:
-    """Scores an item by its chance of a like in this slot, r(pi)."""
+    """Scores an item by its chance of a like in this slot, r(pi), in this mood."""
 
     rest_matters: ClassVar[bool] = False
     is_index: ClassVar[bool] = True
@@ -31,4 +31,5 @@ class Myopic:
         return 2.0 + 0.01 * len(situation.model)
 
     def _scores(self, situation: Situation, _seed: int) -> Floats:
-        return expected_like(situation.models, situation.model, situation.belief)
+        like = situation.models.like_in
+        return expected_like(like, situation.chances, situation.belief)

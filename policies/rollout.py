@@ -57,7 +57,9 @@ class Rollout:
     Answers are drawn from the beliefs, and beliefs move by them. The items of a group
     share a score. A base breaks ties by the lowest group row, then untouched before
     touched items; the random base is uniform over items. With M plays a slot, the items
-    of the slot are chosen one by one, and `horizon` still counts plays, not slots.
+    of the slot are chosen one by one, and `horizon` still counts plays, not slots. A
+    play is chosen, earns and is answered in the mood that the answers before it have
+    led to.
 
     Attributes:
         base: policy followed after the first play, phi.
@@ -185,16 +187,8 @@ def _scores(
     alike = groups
     if not plan.random:  # which numbers the items by group
         alike, row = distinct(groups, plan.by_rest)
-    plays = min(now.plays, alike.size.sum() + len(now.model))
-    tree = planted(
-        steps,
-        alike,
-        imagined.scores,
-        NO_LEAF,
-        Now(plays, now.model, now.belief),
-        plan.levels,
-        plan.discount,
-    )
+    index, levels = imagined.scores, plan.levels
+    tree = planted(steps, alike, index, NO_LEAF, now, levels, plan.discount)
     found = _halved(tree, plan, seed) if plan.halving else _equal(tree, plan, seed)
     for g in range(len(row)):
         scores[g] = found[row[g]]
@@ -211,7 +205,7 @@ def _equal(tree: Tree, plan: Plan, seed: int) -> Floats:
         if g == 0 or not plan.common:
             draw(draws, seed, g)
         future = total_reward(tree, sample, g, 0, plan.trajectories)
-        scores[g] = tree.schedule.like[0, g] + future / plan.trajectories
+        scores[g] = tree.schedule.reward[g] + future / plan.trajectories
     return scores
 
 
@@ -244,7 +238,7 @@ def _halved(tree: Tree, plan: Plan, seed: int) -> Floats:
             if not plan.common:
                 draw(draws, seed, g)
             futures[g] += total_reward(tree, sample, g, done, done + more)
-            scores[g] = tree.schedule.like[0, g] + futures[g] / (done + more)
+            scores[g] = tree.schedule.reward[g] + futures[g] / (done + more)
         order[:staying] = order[:staying][np.argsort(-scores[order[:staying]])]
         staying, done = (staying + 1) // 2, done + more
     for place in range(1, total):

@@ -6,6 +6,7 @@ import numpy as np
 
 from policies.arrays import Floats, Ints
 from policies.model_set import ModelSet
+from policies.mood import NEUTRAL, MoodState
 
 NEVER = 2**62
 
@@ -44,6 +45,8 @@ class Situation:
         count: (G,) items in each group, at least 1.
         rested: (G,) slots since the group's items were last played, NEVER if never.
         slate: what is played in this slot beside the item to choose.
+        mood: of the user, where models have one.
+        resumed: whether the play comes after a pause that makes a mood of its own.
     """
 
     models: ModelSet
@@ -52,6 +55,22 @@ class Situation:
     count: Ints
     rested: Ints
     slate: Slate = ALONE
+    mood: MoodState = NEUTRAL
+    resumed: bool = False
+
+    @property
+    def mood_class(self) -> int:
+        """Class of the mood of the next play; 0 where models have no mood."""
+        if self.models.classes == 1:
+            return 0
+        return self.models.mood_class(self.mood, self.resumed)
+
+    @property
+    def chances(self) -> Ints:
+        """(G,): row of each group's chances in that mood, in `ModelSet.like_in`."""
+        if self.models.classes == 1:
+            return self.model
+        return self.model * self.models.classes + self.mood_class
 
     def check(self) -> None:
         """Check what every policy takes for granted; for tests.
@@ -70,6 +89,8 @@ class Situation:
             values: Ints = getattr(self, name)
             if values.shape != (groups,) or (values < least).any():
                 raise ValueError(f"{name}: needs {groups} numbers from {least}")
+        if not 0 <= self.mood_class < self.models.classes:
+            raise ValueError("mood: is none of the models'")
         self._check_layout()
 
     def _check_layout(self) -> None:

@@ -46,7 +46,7 @@ class Arm(NamedTuple):
 
 
 def arm(models: ModelSet, m: int, divisions: int, discount: float) -> Arm:
-    """Work out the moves of model m between the points of a grid."""
+    """Work out the moves of model m, in its mean mood, between the points of a grid."""
     states = int(models.states[m])
     belief = grid.beliefs(states, divisions)
     wide = np.zeros((len(belief), models.like.shape[1]))
@@ -177,7 +177,9 @@ def _moves(
     for point in range(points):
         reward[point] = like_chance(models.like, m, belief, point)
         for signal in range(signals):
-            told = learn(models, m, belief, point, signal, after, 0)
+            told = learn(
+                models.observe, m, models.play, m, belief, point, signal, after, 0
+            )
             grid.locate(steps, states, divisions, after, 0, corners)
             for j in range(states):
                 played[point, signal * states + j] = corners[j].rank

@@ -114,6 +114,8 @@ def _imagined(situation: Situation, drawn: Sequence[ModelSet]) -> Iterator[Situa
             situation.count,
             situation.rested,
             Slate(slate.plays, slate.model, rest),
+            situation.mood,
+            situation.resumed,
         )
 
 

@@ -11,10 +11,18 @@ from typing import NamedTuple
 import numpy as np
 
 from policies.arrays import Floats, Ints
-from policies.bayes import like_chance
 from policies.compiled import compiled, inner
 from policies.draws import Draws
-from policies.tree import CHOSEN, Tree, answer, pass_slot, play_base, touch
+from policies.tree import (
+    CHOSEN,
+    Tree,
+    answer,
+    chances_of,
+    pass_slot,
+    play_base,
+    reward_of,
+    touch,
+)
 
 
 class Sample(NamedTuple):
@@ -180,10 +188,11 @@ def _expect(tree: Tree, sample: Sample, h: int) -> None:
     k = tree.level[h].played
     at, m = h * len(tree.item) + k, tree.item[k].model
     signals, upto, final = tree.moves.signals[m], 0.0, 0
+    chances = chances_of(tree, h, m)
     for place in range(signals):
         chance = 0.0
         for i in range(tree.belief.shape[1]):
-            told = tree.moves.observe[m, signals - 1 - place, i]
+            told = tree.moves.observe[chances, signals - 1 - place, i]
             chance += tree.belief[at, i] * told
         upto += chance
         sample.upto[h, place] = upto
@@ -204,13 +213,10 @@ def _signal(tree: Tree, sample: Sample, h: int, place: int) -> int:
 @inner
 def _reward(tree: Tree, sample: Sample, h: int, first: int) -> float:
     """Sum the weighted rewards of the trajectories at a node for its play."""
-    k = tree.level[h].played
-    at, m = h * len(tree.item) + k, tree.item[k].model
     if not sample.click:
         count = sample.end[h] - first
-        like = like_chance(tree.moves.like, m, tree.belief, at)
-        return float(sample.weights[h]) * int(count) * like
-    total = 0.0
+        return float(sample.weights[h]) * int(count) * reward_of(tree, h)
+    m, total = tree.item[tree.level[h].played].model, 0.0
     for place in range(first, sample.end[h]):
         total += tree.moves.reward[m, _signal(tree, sample, h, place)]
     return float(sample.weights[h]) * total

@@ -3,6 +3,10 @@
 A base that breaks ties by rule makes one play at each node, and each signal leads to
 one child: H plays have K^H futures. The items played on the way to a node are its
 touched ones; all others follow the schedule. A level is one play; a slot has M of them.
+
+The mood of a node is known: it follows from the present one and the answers on the way.
+Rewards and answers are those of that mood, and so bases rank items, as the policies of
+their names do. Leaves are worth what they are in the mean mood.
 """
 
 from typing import NamedTuple
@@ -16,14 +20,16 @@ from policies.bayes import IMPOSSIBLE, like_chance, move
 from policies.compiled import compiled, inner
 from policies.groups import Groups
 from policies.index import Index, value_of
-from policies.moves import Moves, tell
-from policies.schedule import Schedule, scheduled
+from policies.mood import LIKED, MoodState, Rule, class_of, next_state
+from policies.moves import Moves, are_moody, lift_of, row_in, tell
+from policies.schedule import Schedule, rank_in, scheduled
 from policies.situation import Situation
 
 NO_LEAF = 0
 ITEM_LEAF = 1
 SUM_LEAF = 2
 NO_MORE = 2**62
+MOODLESS = np.empty(0)
 CHOSEN = -1  # the group of an item that the present slot plays in any case
 LEVEL = np.dtype(
     [
@@ -33,6 +39,10 @@ LEVEL = np.dtype(
         ("played", np.int64),  # which of them is played
         ("signal", np.int64),  # the answer that is being followed
         ("chance", np.float64),  # of coming here from where the tree is followed from
+        ("recent", np.int64),  # see `MoodState`
+        ("told", np.int64),
+        ("tendency", np.float64),
+        ("mood", np.int64),  # the class of it
     ]
 )
 ITEM = np.dtype(
@@ -48,20 +58,26 @@ class Now(NamedTuple):
     """What the present slot plays beside the candidate.
 
     Attributes:
-        plays: M.
+        plays: M; of more than there are items, all are played.
         model: (C,) of the items chosen already.
         belief: (C, S) of them.
+        mood: (4,) of the user, as `MoodState` has it, and whether the candidate is
+            played after a pause; (0,) where models have none.
     """
 
     plays: int
     model: Ints
     belief: Floats
+    mood: Floats
 
 
 def now_of(situation: Situation) -> Now:
     """Return what the slot of a situation plays."""
     slate = situation.slate
-    return Now(slate.plays, slate.model, slate.belief)
+    mood = MOODLESS
+    if situation.models.classes > 1:
+        mood = np.array((*situation.mood, situation.resumed), dtype=np.float64)
+    return Now(slate.plays, slate.model, slate.belief, mood)
 
 
 class Tree(NamedTuple):
@@ -84,7 +100,7 @@ class Tree(NamedTuple):
         item: (Q,) of ITEM, the touched ones.
         since: ((T + 1) Q,) the slot in which they were last played, level by level.
         belief: ((T + 1) Q, S) of them.
-        lowest: (B, T + 1) the lowest score with which an item was played.
+        lowest: (B, T + 1, C) the lowest score with which an item was played in a mood.
         used: (B, G) how many items of a group were touched on one path.
     """
 
@@ -117,20 +133,25 @@ def planted(
 ) -> Tree:
     """Make room for a tree of some levels; the chosen items have moved unanswered."""
     chosen, states, bases = len(now.model), groups.belief.shape[1], len(index.place) - 1
-    slots, room = (chosen + levels) // now.plays + 1, chosen + levels + 1
+    plays = min(now.plays, groups.size.sum() + chosen)
+    slots, room = (chosen + levels) // plays + 1, chosen + levels + 1
     level = np.zeros(levels + 1, dtype=LEVEL)
     for h in range(levels + 1):
-        level[h].slot = (chosen + h) // now.plays
+        level[h].slot = (chosen + h) // plays
         level[h].power = discount ** level[h].slot
         level[h].touched = chosen
+    if are_moody(moves):
+        mood = MoodState(int(now.mood[0]), int(now.mood[1]), now.mood[2])
+        _enter(moves.rule, level, 0, mood, now.mood[3] > 0.0)
     item = np.zeros(room, dtype=ITEM)
     belief = np.zeros(((levels + 1) * room, states))
     for k in range(chosen):
         m = now.model[k]
         item[k].group, item[k].model = CHOSEN, m
+        chances = row_in(moves, m, 0)
         for signal in range(moves.signals[m]):
             for i in range(states):
-                belief[k] += now.belief[k, i] * moves.told[m, signal, i]
+                belief[k] += now.belief[k, i] * moves.told[chances, signal, i]
     return Tree(
         moves,
         index,
@@ -139,13 +160,13 @@ def planted(
         np.zeros(1),
         groups.model,
         groups.size,
-        scheduled(moves, groups, index, bases, slots, levels + 1),
+        scheduled(moves, groups, index, bases, slots, levels + 1, level[0].mood),
         grid.corners(states),
         level,
         item,
         np.zeros((levels + 1) * room, dtype=np.int64),
         belief,
-        np.full((bases, levels + 1), np.inf),
+        np.full((bases, levels + 1, moves.classes), np.inf),
         np.zeros((bases, len(groups.model)), dtype=np.int64),
     )
 
@@ -225,10 +246,55 @@ def pass_slot(tree: Tree, h: int) -> None:
 
 @inner
 def answer(tree: Tree, h: int, signal: int) -> float:
-    """Move the item played at level h on by a signal; return the chance of that."""
+    """Move the item played at level h on by a signal; return the chance of that.
+
+    The mood moves, too.
+    """
     room, k = len(tree.item), tree.level[h].played
     at, m = h * room + k, tree.item[k].model
-    return tell(tree.moves, m, signal, tree.belief, at, tree.belief, at + room)
+    chances = chances_of(tree, h, m)
+    if are_moody(tree.moves):
+        feel(tree.moves.rule, tree.level, h, liked(tree, m, signal))
+    return tell(tree.moves, chances, signal, tree.belief, at, tree.belief, at + room)
+
+
+@inner
+def chances_of(tree: Tree, h: int, m: int) -> int:
+    """Return the row of model m's chances in the mood of level h."""
+    return int(row_in(tree.moves, m, tree.level[h].mood))
+
+
+@inner
+def reward_of(tree: Tree, h: int) -> float:
+    """Return the expected reward of what is played at level h."""
+    k = tree.level[h].played
+    at, chances = h * len(tree.item) + k, chances_of(tree, h, tree.item[k].model)
+    return like_chance(tree.moves.like, chances, tree.belief, at)
+
+
+@inner
+def liked(tree: Tree, m: int, signal: int) -> int:
+    """Return 1 if a signal of model m is a like, else 0."""
+    return int(tree.moves.reward[m, signal] >= LIKED)
+
+
+@inner
+def feel(rule: Rule, level: NDArray[np.void], h: int, liked: int) -> None:
+    """Let the mood of level h + 1 follow from an answer at level h.
+
+    Imagined plays follow each other at once, without a pause.
+    """
+    before = MoodState(level[h].recent, level[h].told, level[h].tendency)
+    _enter(rule, level, h + 1, next_state(rule, before, liked), False)
+
+
+@inner
+def _enter(
+    rule: Rule, level: NDArray[np.void], h: int, state: MoodState, resumed: bool
+) -> None:
+    level[h].recent, level[h].told = state.recent, state.told
+    level[h].tendency = state.tendency
+    level[h].mood = class_of(rule, state, resumed)
 
 
 @inner
@@ -237,8 +303,10 @@ def play_base(tree: Tree, b: int, h: int) -> float:
 
     Ties: the lowest group, untouched before touched, the first touched.
     """
-    slot = tree.level[h].slot
-    ranked = b * len(tree.schedule.like) + slot
+    slot, mood = tree.level[h].slot, tree.level[h].mood
+    ranked = row_in(tree.moves, b * tree.schedule.slots + slot, mood)
+    if are_moody(tree.moves) and tree.schedule.order[ranked, 0] < 0:
+        rank_in(tree.moves, tree.schedule, tree.group, tree.scores, ranked)
     row, best, score = len(tree.group), -1, -np.inf
     for rank in range(tree.schedule.order.shape[1]):
         g = tree.schedule.order[ranked, rank]
@@ -250,7 +318,7 @@ def play_base(tree: Tree, b: int, h: int) -> float:
         if tree.since[at] == slot and h > 0:
             continue
         rested = float(slot - tree.since[at] - 1)
-        value = value_of(tree.scores, b, m, tree.belief, at, rested, tree.corners)
+        value = score_of(tree, b, m, at, rested, mood)
         if value > score or (value == score and tree.item[k].group < row):
             row, best, score = tree.item[k].group, k, value
     if best < 0:
@@ -258,6 +326,15 @@ def play_base(tree: Tree, b: int, h: int) -> float:
     else:
         tree.level[h].played = best
     return score
+
+
+@inner
+def score_of(tree: Tree, b: int, m: int, at: int, rested: float, mood: int) -> float:
+    """Return the score that base b gives a touched item in a mood."""
+    value = value_of(tree.scores, b, m, tree.belief, at, rested, tree.corners)
+    if are_moody(tree.moves) and tree.scores.place[b, m].lifts == 1:
+        value += lift_of(tree.moves, m, mood, tree.belief, at)
+    return value
 
 
 @compiled
@@ -290,7 +367,8 @@ def _visit(tree: Tree, b: int, h: int) -> float:
             total += excess(tree, h, k)
         return total
     score = play_base(tree, b, h)
-    tree.lowest[b, h] = min(tree.lowest[b, h], score)
+    mood = tree.level[h].mood
+    tree.lowest[b, h, mood] = min(tree.lowest[b, h, mood], score)
     k = tree.level[h].played
     at, m, g = h * len(tree.item) + k, tree.item[k].model, tree.item[k].group
     if g != CHOSEN:
@@ -300,7 +378,7 @@ def _visit(tree: Tree, b: int, h: int) -> float:
     if h + 1 < end or tree.leaf != NO_LEAF:
         pass_slot(tree, h)
         tree.level[h].signal = -1
-    return like_chance(tree.moves.like, m, tree.belief, at)
+    return reward_of(tree, h)
 
 
 @inner

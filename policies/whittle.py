@@ -13,6 +13,7 @@ from policies import index
 from policies.advantage import by_advantage
 from policies.arrays import Floats
 from policies.index_table import MOST_DISCOUNT
+from policies.lift import lifted
 from policies.model_set import ModelSet
 from policies.parameters import Bounds, check
 from policies.policy import Scorer
@@ -26,7 +27,8 @@ class Whittle:
     """Scores an item by its Whittle index, looked up in a table of its model.
 
     Where a model is not indexable, the index says nothing: then all items are scored by
-    their Lagrangian advantage, see `lagrangian`.
+    their Lagrangian advantage, see `lagrangian`. The table is of the mean mood; what
+    the present mood adds to the reward is added to the index.
 
     Attributes:
         discount: beta.
@@ -61,7 +63,8 @@ class Whittle:
         whittle = index.tabled(tables.whittle, models.like.shape[1])
 
         def scores(situation: Situation, _seed: int) -> Floats:
-            return index.values(whittle, 0, situation.model, situation.belief)
+            found = index.values(whittle, 0, situation.model, situation.belief)
+            return lifted(found, situation)
 
         return scores
 

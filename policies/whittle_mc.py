@@ -31,6 +31,7 @@ import numpy as np
 
 from policies.arrays import Floats
 from policies.indifference import Search, subsidies
+from policies.lift import lifted
 from policies.model_set import ModelSet
 from policies.parameters import Bounds, check
 from policies.policy import Scorer
@@ -43,6 +44,8 @@ MOST_DRAWS = 1_000_000  # of one item's answers, over all steps: milliseconds
 @dataclass(frozen=True, slots=True)
 class WhittleMC:
     """Scores an item by the paper's Monte Carlo estimate of its Whittle index.
+
+    It is of the mean mood; what the present mood adds to the reward is added to it.
 
     Attributes:
         horizon: H.
@@ -97,9 +100,10 @@ class WhittleMC:
         )
 
         def scores(situation: Situation, seed: int) -> Floats:
-            return subsidies(
+            found = subsidies(
                 situation.models, situation.model, situation.belief, search, seed
             )
+            return lifted(found, situation)
 
         return scores
 

@@ -19,6 +19,7 @@ AT_ONCE = tuple(
     POLICIES[name]
     for name in ("random", "round_robin", "myopic", "best_fixed", "whittle")
 )
+MOODLESS = tuple(POLICIES[name] for name in ("random", "round_robin", "best_fixed"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,12 +28,20 @@ class Contender:
 
     Attributes:
         scorer: of the policy.
-        at_once: whether no score depends on another group, or on the seed: then the
-            groups of many runs can be scored in one call.
+        at_once: whether no score depends on another group, on the seed, or on a mood:
+            then the groups of many runs can be scored in one call.
     """
 
     scorer: Scorer
     at_once: bool
+
+
+def goes_at_once(policy: Policy, models: ModelSet) -> bool:
+    """Say whether a policy scores groups of many runs in one call, if it is indexable.
+
+    Runs have moods of their own.
+    """
+    return isinstance(policy, AT_ONCE if models.classes == 1 else MOODLESS)
 
 
 def contenders(
@@ -66,5 +75,5 @@ def _contender(
     discount = policy.table_discount
     own = NO_TABLES if discount is None else tables[discount]
     # Without an index of each item for itself, Whittle's falls back on a common price.
-    at_once = isinstance(policy, AT_ONCE) and own.indexable
+    at_once = goes_at_once(policy, models) and own.indexable
     return Contender(policy.prepare(models, own), at_once)

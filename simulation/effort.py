@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from policies import Policy, Situation
-from simulation.contender import AT_ONCE
+from simulation.contender import goes_at_once
 from simulation.course import Course
 from simulation.runs import MOST_ROWS, rows_of
 
@@ -25,7 +25,7 @@ def seconds(policies: Sequence[Policy], start: Situation, course: Course) -> flo
     together = max(MOST_ROWS // rows_of(start, course.slots), 1)
     deciding = sum(
         AROUND / together
-        if isinstance(policy, AT_ONCE)
+        if goes_at_once(policy, start.models)
         else AROUND + policy.cost(usual)
         for policy in policies
     )

@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.error import InvalidAction, ResetNeeded
 
-from policies import NONE, Floats, Ints, Situation
+from policies import NONE, Floats, Situation
 from simulation.course import slots_of
 from simulation.examples import DISCOUNT, NUMBERS, example
 from simulation.listeners import Listeners
@@ -35,7 +35,8 @@ class ListeningEnv(gymnasium.Env[Any, np.int64]):
     Observations: either `belief`, (N, S), by the exact filter. Or `signals`, what a
     client sees: a dictionary of `signal`, (N,), the answer to the last play of each
     item, counted from 1, or 0 if there was none; and `rested`, (N,), slots since that
-    play, or since the start.
+    play, or since the start. Where models have a mood, its class, `mood`, is observed,
+    too, as the models believed in have it; `belief` is then in a dictionary with it.
 
     Rewards: what the answer is worth, or what was to be expected of the play by one who
     knows the true models and the true start, as `listeners` say. Their mean is the
@@ -121,21 +122,27 @@ class ListeningEnv(gymnasium.Env[Any, np.int64]):
         )
 
     def _space(self) -> spaces.Space[Any]:
-        items = self.situation
+        items, seen = self.situation, dict[str, spaces.Space[Any]]()
+        if items.models.classes > 1:
+            seen["mood"] = spaces.Discrete(items.models.classes)
         if self._observed == "belief":
-            return spaces.Box(0.0, 1.0, items.belief.shape, np.float64)
+            belief = spaces.Box(0.0, 1.0, items.belief.shape, np.float64)
+            return spaces.Dict({"belief": belief} | seen) if seen else belief
         signals = items.models.signals[items.model]
-        return spaces.Dict(
-            signal=spaces.MultiDiscrete(1 + signals),
-            rested=spaces.Box(0, self._slots, signals.shape, np.int64),
-        )
+        seen["signal"] = spaces.MultiDiscrete(1 + signals)
+        seen["rested"] = spaces.Box(0, self._slots, signals.shape, np.int64)
+        return spaces.Dict(seen)
 
-    def _observation(self) -> Floats | dict[str, Ints]:
+    def _observation(self) -> Floats | dict[str, Any]:
+        items, seen = self.situation, dict[str, Any]()
+        if items.models.classes > 1:
+            seen["mood"] = np.int64(items.mood_class)
         if self._observed == "belief":
             # Rounding may leave a certain state with a little more than 1.
-            return np.minimum(self.situation.belief, 1.0)
-        since = np.minimum(self.situation.rested, self._slot)
-        return {"signal": self._now.last - NONE, "rested": since}
+            belief = np.minimum(items.belief, 1.0)
+            return {"belief": belief, **seen} if seen else belief
+        since = np.minimum(items.rested, self._slot)
+        return {"signal": self._now.last - NONE, "rested": since, **seen}
 
     def _information(self, signal: int) -> dict[str, Any]:
         return {

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from policies import Floats, ModelSet, Situation
+from policies import NEUTRAL, Floats, ModelSet, MoodState, Situation
 
 
 class Truth(NamedTuple):
@@ -43,16 +43,20 @@ class Listeners:
         models: M true ones, in the order of those that policies believe in.
         belief: (G, S) distribution of the hidden state of each group at the start.
         clicks: whether the signals given are scored, not those expected.
+        mood: at the start, if the true models have one; it follows from the answers.
+        resumed: whether the first play comes after a pause; the others follow at once.
     """
 
     models: ModelSet
     belief: Floats
     clicks: bool = False
+    mood: MoodState = NEUTRAL
+    resumed: bool = False
 
     @classmethod
     def believed(cls, start: Situation, *, clicks: bool = False) -> "Listeners":
         """Those of whom policies believe what is true."""
-        return cls(start.models, start.belief, clicks)
+        return cls(start.models, start.belief, clicks, start.mood, start.resumed)
 
     @classmethod
     def in_states(
@@ -73,12 +77,14 @@ class Listeners:
             0 <= state < size for state, size in zip(states, sizes, strict=True)
         ):
             raise ValueError(f"states: must be one of each group's, not {states}")
-        return cls(start.models, np.eye(start.belief.shape[1])[list(states)], clicks)
+        belief = np.eye(start.belief.shape[1])[list(states)]
+        return cls(start.models, belief, clicks, start.mood, start.resumed)
 
     def differ(self, start: Situation) -> bool:
         """Say whether they are not known to be as believed at a situation."""
         same = self.models is start.models and self.belief is start.belief
-        return self.clicks or not same
+        mood = (self.mood, self.resumed) == (start.mood, start.resumed)
+        return self.clicks or not (same and mood)
 
     def truth(self, start: Situation) -> Truth:
         """Return what is true where policies begin at a situation.
@@ -97,4 +103,7 @@ class Listeners:
         sums = self.belief.sum(axis=1)
         if not (self.belief >= 0).all() or not np.allclose(sums, 1):
             raise ValueError("belief: a row is no distribution")
+        mood = self.models.mood_class(self.mood, self.resumed)
+        if not 0 <= mood < self.models.classes:
+            raise ValueError("mood: is none of the true models'")
         return Truth(self.models, self.differ(start), self.clicks)

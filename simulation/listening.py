@@ -13,6 +13,7 @@ from policies import (
     Floats,
     Ints,
     ModelSet,
+    MoodState,
     Situation,
     answered,
     as_ints,
@@ -33,6 +34,8 @@ class Listening:
         law: (N, S) distribution of the hidden states, by all that has happened, to one
             who knows the true models and the true start.
         state: (N,) the hidden states.
+        felt: what the true mood follows from.
+        resumed: whether the next play truly comes after a pause.
     """
 
     truth: Truth
@@ -40,11 +43,19 @@ class Listening:
     last: Ints
     law: Floats
     state: Ints
+    felt: MoodState
+    resumed: bool
+
+    @property
+    def mood(self) -> int:
+        """Class of the true mood of the next play."""
+        return self.truth.models.mood_class(self.felt, self.resumed)
 
     @property
     def expected(self) -> Floats:
         """(N,): the reward to be expected of each item, by `law`."""
-        return expected_like(self.truth.models, self.situation.model, self.law)
+        model = self.situation.model
+        return expected_like(self.truth.models, model, self.law, self.mood)
 
     def reward(self, item: int, signal: int) -> float:
         """Return what a play earns that is answered with a signal."""
@@ -56,27 +67,32 @@ class Listening:
     def answer(self, item: int, rng: np.random.Generator) -> int:
         """Draw the signal of an item that is played."""
         models, m = self.truth.models, self.situation.model[item]
-        chances = models.observe[m, : models.signals[m], self.state[item]]
+        row = m * models.classes + self.mood
+        chances = models.observe_in[row, : models.signals[m], self.state[item]]
         return int(_drawn(chances[None], rng)[0])
 
     def after(self, item: int, signal: int, rng: np.random.Generator) -> "Listening":
         """Return the listener after a slot: one item was played, the others rested."""
         now, true = self.situation, self.truth.models
+        m = int(now.model[item])
         since = now.rested + (now.rested != NEVER)
         since[item] = 0
         last = self.last.copy()
         last[item] = signal
         chances = true.rest[now.model, self.state]
-        chances[item] = true.play[now.model[item], self.state[item]]
-        belief = _after(now.models, now.model, now.belief, item, signal)
+        chances[item] = true.play[m, self.state[item]]
+        belief = _after(now.models, now.model, now.belief, item, signal, now.mood_class)
+        mood = now.models.mood_after(now.mood, now.models.liked(m, signal))
         return Listening(
             self.truth,
-            Situation(now.models, now.model, belief, now.count, since),
+            Situation(now.models, now.model, belief, now.count, since, mood=mood),
             last,
-            _after(true, now.model, self.law, item, signal)
+            _after(true, now.model, self.law, item, signal, self.mood)
             if self.truth.apart
             else belief,
             _drawn(chances, rng),
+            true.mood_after(self.felt, true.liked(m, signal)),
+            resumed=False,
         )
 
 
@@ -94,16 +110,27 @@ def begun(
     truth, belief = listeners.truth(start), start.belief[rows]
     law = listeners.belief[rows] if truth.apart else belief
     one, never = np.ones_like(rows), np.full_like(rows, NONE)
-    items = Situation(start.models, start.model[rows], belief, one, start.rested[rows])
-    return Listening(truth, items, never, law, _drawn(law, rng))
+    items = Situation(
+        start.models,
+        start.model[rows],
+        belief,
+        one,
+        start.rested[rows],
+        mood=start.mood,
+        resumed=start.resumed,
+    )
+    state = _drawn(law, rng)
+    felt, resumed = listeners.mood, listeners.resumed
+    return Listening(truth, items, never, law, state, felt, resumed)
 
 
 def _after(
-    models: ModelSet, model: Ints, belief: Floats, item: int, signal: int
+    models: ModelSet, model: Ints, belief: Floats, item: int, signal: int, mood: int
 ) -> Floats:
     """Return all beliefs after a slot; see `Listening.after`."""
     after = rested(models, model, belief, np.ones_like(model))
-    after[item] = answered(models, int(model[item]), belief[item], signal).belief
+    m = int(model[item])
+    after[item] = answered(models, m, belief[item], signal, mood).belief
     return after
 
 

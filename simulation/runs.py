@@ -7,11 +7,13 @@ of them is played: it leaves for a row of its own.
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from policies import NEVER, Floats, Ints, ModelSet, Situation
+from policies import LIKED, NEVER, Floats, Ints, ModelSet, MoodState, Situation
 from policies.bayes import learn, like_chance, move
 from policies.choice import pick
 from policies.compiled import compiled, inner
+from policies.mood import class_of, next_state
 from policies.randomness import uniform
 from simulation.listeners import Listeners, Truth
 
@@ -19,6 +21,14 @@ MOST_ROWS = 2**14  # of runs that go on in step: they fit into a processor's cac
 SIGNALS = 0
 DECISIONS = 1
 STATES = 2
+MOOD = np.dtype(
+    [
+        ("recent", np.int64),  # see `MoodState`
+        ("told", np.int64),
+        ("tendency", np.float64),
+        ("resumed", np.bool_),  # whether the next play comes after a pause
+    ]
+)
 
 
 class Runs(NamedTuple):
@@ -36,6 +46,8 @@ class Runs(NamedTuple):
         rested: (W R,) slots since the last play, NEVER if never played.
         origin: (W R,) group of the start.
         used: (R,) rows in use.
+        mood: (R,) of MOOD, as the policy knows it.
+        felt: (R,) the true one; where both are the same, the same array.
     """
 
     first: int
@@ -46,6 +58,8 @@ class Runs(NamedTuple):
     rested: Ints
     origin: Ints
     used: Ints
+    mood: NDArray[np.void]
+    felt: NDArray[np.void]
 
 
 class Earned(NamedTuple):
@@ -83,29 +97,39 @@ def begin(
     groups, rows = len(start.model), rows_of(start, slots)
     origin = np.repeat(np.arange(rows) % groups, size)
     items = np.where(np.arange(rows * size) < groups * size, start.count[origin], 0)
-    belief = start.belief[origin]
+    belief, mood = start.belief[origin], _moods(start.mood, start.resumed, size)
+    apart = listeners.differ(start)
     return Runs(
         first,
         start.model[origin],
         belief,
-        listeners.belief[origin] if listeners.differ(start) else belief,
+        listeners.belief[origin] if apart else belief,
         items,
         start.rested[origin],
         origin,
         np.full(size, groups),
+        mood,
+        _moods(listeners.mood, listeners.resumed, size) if apart else mood,
     )
 
 
+def _moods(state: MoodState, resumed: bool, size: int) -> NDArray[np.void]:
+    return np.full(size, np.array((*state, resumed), dtype=MOOD))
+
+
 def situation_of(models: ModelSet, runs: Runs) -> Situation:
-    """Return all rows in use as one situation."""
+    """Return all rows in use as one situation, in the mood of the first run."""
     shown = int(runs.used.max()) * len(runs.used)
-    return Situation(
-        models,
+    rows = (
         runs.model[:shown],
         runs.belief[:shown],
         runs.items[:shown],
         runs.rested[:shown],
     )
+    if models.classes == 1:
+        return Situation(models, *rows)
+    *state, resumed = runs.mood[0].item()
+    return Situation(models, *rows, mood=MoodState(*state), resumed=resumed)
 
 
 @compiled
@@ -157,18 +181,23 @@ def play_slot(
         row = _alone(runs, r, group)
         if truth.clicks:
             _show(runs.truth, row, uniform(seed, STATES, run, slot))
-        signal = _signal(truth.models, runs, row, uniform(seed, SIGNALS, run, slot))
+        mood, felt = _mood(models, runs.mood, r), _mood(truth.models, runs.felt, r)
+        chances = runs.model[row] * truth.models.classes + felt
+        drawn = uniform(seed, SIGNALS, run, slot)
+        signal = _signal(truth.models, runs, row, chances, drawn)
         if truth.clicks:
             reward = truth.models.reward[runs.model[row], signal]
         else:
-            reward = like_chance(truth.models.like, runs.model[row], runs.truth, row)
+            reward = like_chance(truth.models.like_in, chances, runs.truth, row)
         earned.reward[r] += worth * reward
         earned.plays[runs.origin[row]] += 1
         earned.total[slot] += earned.reward[r]
         earned.squares[slot] += earned.reward[r] ** 2
         if truth.apart:
-            _pass_slot(truth.models, runs.truth, runs, r, row, signal, spare)
-        _pass_slot(models, runs.belief, runs, r, row, signal, spare)
+            _pass_slot(truth.models, runs.truth, runs, r, felt, row, signal, spare)
+            _feel(truth.models, runs.felt, r, runs.model[row], signal)
+        _pass_slot(models, runs.belief, runs, r, mood, row, signal, spare)
+        _feel(models, runs.mood, r, runs.model[row], signal)
         _rest(runs, r, row)
 
 
@@ -209,7 +238,29 @@ def _show(truth: Floats, row: int, drawn: float) -> None:
 
 
 @inner
-def _signal(models: ModelSet, runs: Runs, row: int, drawn: float) -> int:
+def _mood(models: ModelSet, moods: NDArray[np.void], r: int) -> int:
+    """Return the class of a run's mood."""
+    if models.classes == 1:
+        return 0
+    state = MoodState(moods[r].recent, moods[r].told, moods[r].tendency)
+    return int(class_of(models.rule, state, moods[r].resumed))
+
+
+@inner
+def _feel(
+    models: ModelSet, moods: NDArray[np.void], r: int, m: int, signal: int
+) -> None:
+    """Let the mood of a run follow from an answer; the next play comes at once."""
+    if models.classes == 1:
+        return
+    state = MoodState(moods[r].recent, moods[r].told, moods[r].tendency)
+    after = next_state(models.rule, state, int(models.reward[m, signal] >= LIKED))
+    moods[r].recent, moods[r].told = after.recent, after.told
+    moods[r].tendency, moods[r].resumed = after.tendency, False
+
+
+@inner
+def _signal(models: ModelSet, runs: Runs, row: int, chances: int, drawn: float) -> int:
     """Return the signal for a number in [0, 1): the lowest numbers give the last.
 
     What rounding leaves goes to one that can be given.
@@ -218,7 +269,7 @@ def _signal(models: ModelSet, runs: Runs, row: int, drawn: float) -> int:
     for number in range(models.signals[m] - 1, -1, -1):
         chance = 0.0
         for i in range(runs.truth.shape[1]):
-            chance += runs.truth[row, i] * models.observe[m, number, i]
+            chance += runs.truth[row, i] * models.observe_in[chances, number, i]
         upto += chance
         if chance > 0.0:
             signal = number
@@ -233,6 +284,7 @@ def _pass_slot(
     belief: Floats,
     runs: Runs,
     r: int,
+    mood: int,
     played: int,
     signal: int,
     spare: Floats,
@@ -243,7 +295,18 @@ def _pass_slot(
         row = w * size + r
         m = runs.model[row]
         if row == played:
-            learn(models, m, belief, row, signal, spare, 0)
+            chances = m * models.classes + mood
+            learn(
+                models.observe_in,
+                chances,
+                models.play,
+                m,
+                belief,
+                row,
+                signal,
+                spare,
+                0,
+            )
         else:
             move(models.rest, m, belief, row, spare, 0)
         for i in range(belief.shape[1]):

@@ -84,7 +84,7 @@ def quantile(freedom: int) -> float:
 
 def remainder(start: Situation, course: Course) -> float:
     """Return more than which no policy earns on average after the last slot."""
-    most = float(start.models.like[start.model].max())
+    most = float(start.models.most_like[start.model].max())
     return course.discount**course.slots / (1 - course.discount) * most
 
 

@@ -17,6 +17,7 @@ from app.errors import (
     InvalidCursor,
     ModelInUse,
     ModelNotFound,
+    MoodsDiffer,
     TooManyStates,
     UnusableModel,
 )
@@ -31,7 +32,10 @@ Version = Annotated[
 
 @router.put(
     "/models/{model}",
-    responses={201: {"model": ModelView}, **responses(UnusableModel, TooManyStates)},
+    responses={
+        201: {"model": ModelView},
+        **responses(UnusableModel, MoodsDiffer, TooManyStates),
+    },
 )
 async def put_model(
     caller: Administering, model: PathId, form: ModelForm, response: Response

@@ -29,6 +29,7 @@ from app.api.schemas.users import (
     PlayPage,
     ReportForm,
     UserExport,
+    mood_view,
 )
 from app.domain import Report, Selection
 from app.errors import (
@@ -107,7 +108,13 @@ async def read_beliefs(
     )
     page = await caller.database.run(named if item else paged)
     views = [BeliefView.model_validate(belief) for belief in page.beliefs]
-    return BeliefPage(user=user, slot=page.slot, beliefs=views, next=encode(page.next))
+    return BeliefPage(
+        user=user,
+        slot=page.slot,
+        mood=mood_view(page.mood),
+        beliefs=views,
+        next=encode(page.next),
+    )
 
 
 @router.get("/playlist", responses=responses(NothingToPlay, UnknownItems))
@@ -136,7 +143,8 @@ async def read_playlist(
         repeats=repeats,
     )
     planned = await caller.database.run(plan)
-    return Playlist(user=user, plays=[PlannedPlay.of(play) for play in planned])
+    plays = [PlannedPlay.of(play) for play in planned.plays]
+    return Playlist(user=user, mood=mood_view(planned.mood), plays=plays)
 
 
 @router.get("/items/{item}/forecast", responses=responses(ItemNotFound))

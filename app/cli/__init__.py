@@ -34,6 +34,10 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "fit": ("fit", "Learn models from a log of plays."),
         "publish": ("publish", "Put learned models in force, if they pass the gate."),
         "evaluate": ("evaluate", "Score models on held-out plays, beside others."),
+        "off-policy": (
+            "off_policy",
+            "Say what other policies would have earned, by a log alone.",
+        ),
         "audit": ("audit", "Compute all beliefs anew from the log, and compare."),
         "rebuild": ("rebuild", "Replace beliefs by what the log says."),
     }

@@ -1,12 +1,10 @@
 """`encore fit`: models learned from a log of plays."""
 
 import json
-import os
 import time
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
-from datetime import UTC, datetime
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -14,39 +12,49 @@ import numpy as np
 import typer
 
 from app import __version__
-from app.cli import logs
-from app.cli.console import AsJson, Failed, note, say, show_json, show_table
+from app.cli import fit_report, logs
+from app.cli.console import AsJson, Failed, progress, say, show_json
 from app.cli.files import make_folder
+from app.cli.fit_report import Found
 from app.cli.session import DatabaseUrl
+from app.cli.sizes import AUTO, sizes
+from app.cli.spreads import Scheduler, spreading
 from app.services import candidates, fits
 from app.services.clocks import LONGEST, SHORTEST
 from app.services.fits import Naming
-from learning import NONE, Plays
-from learning.em import Effort, Learned
-from learning.evaluation import Score
-from learning.fitting import Fitted, Recipe, fit
+from app.services.items import NewItem
+from learning import Plays
+from learning.em import Effort, Spread
+from learning.fitting import Recipe, fit, moods_of
 from learning.held_out import Split, latest_apart
-from learning.identification import Identification, identify
-from learning.resampling import Intervals, intervals
+from learning.identification import identify
+from learning.resampling import intervals
+from learning.selection import Selection, select
 from learning.streams import streams
 
+USUAL_STATES = (2, 3, 4)
+USUAL_TYPES = (1, 2, 3, 4, 6, 8)
 SLOT_S = 240.0  # about a song
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """What was learned, and how sure it is.
+class Asked:
+    """How models are learned.
 
-    judged: scores of the plays that were held out, by forecaster; empty: there are none
+    recipe: but for numbers of states and types
+    states: to choose from
+    types:  to choose from
+    draws:  of users, for intervals
+    mood:   whether likes also depend on the last answers
+    stay:   items that nothing is told of stay with the models they have
     """
 
-    plays: Plays
-    split: Split
-    fitted: Fitted
-    identified: Identification
-    spread: Intervals | None
-    judged: Sequence[Score]
-    seconds: float
+    recipe: Recipe
+    states: Sequence[int]
+    types: Sequence[int]
+    draws: int
+    mood: bool
+    stay: bool
 
 
 def command(
@@ -65,12 +73,32 @@ def command(
     out: Annotated[Path, typer.Option("--out", help="Folder to write to.")] = Path(
         "fitted"
     ),
-    states: Annotated[int, typer.Option(min=2, max=8, help="Of interest.")] = 4,
+    items: Annotated[
+        Path | None,
+        typer.Option(
+            "--items",
+            help="Items with their tags, as `import items` reads them: new ones take"
+            " after others. Left out: those of the database, or of the log.",
+            show_default=False,
+        ),
+    ] = None,
+    states: Annotated[
+        str,
+        typer.Option(
+            help="Of interest: 4; or to choose from, 2,3,4 or 2-4; auto: 2-4."
+        ),
+    ] = AUTO,
     types: Annotated[
-        int, typer.Option(min=1, max=32, help="Models that items are shared among.")
-    ] = 1,
+        str,
+        typer.Option(
+            help="Models that items are shared among, the same; auto: 1-4,6,8."
+        ),
+    ] = "1",
     clock: Annotated[
         bool, typer.Option("--clock", help="Interest rests by time, not by plays.")
+    ] = False,
+    mood: Annotated[
+        bool, typer.Option("--mood", help="Likes also depend on the last answers.")
     ] = False,
     slot_s: Annotated[
         float,
@@ -95,6 +123,7 @@ def command(
     ] = 0,
     seed: Annotated[int, typer.Option(help="Of all random numbers.")] = 0,
     name: Annotated[str, typer.Option(help="What the models are called.")] = "learned",
+    scheduler: Scheduler = None,
     as_json: AsJson = False,
 ) -> None:
     """Learn models from a log of plays, and write them as imports read them.
@@ -113,149 +142,86 @@ def command(
     }
     wanted = logs.Wanted(files or (), columns, unit, spotify, database_url)
     effort = Effort(starts=starts, steps=steps, seed=seed)
-    recipe = Recipe(states=states, types=types, in_time=clock, effort=effort)
+    asked = Asked(
+        Recipe(in_time=clock, effort=effort),
+        sizes("--states", states, USUAL_STATES, 2, 8),
+        sizes("--types", types, USUAL_TYPES, 1, 32),
+        draws,
+        mood,
+        stay=not files and items is None,
+    )
     make_folder(out)
-    plays = logs.read(wanted)
-    found = _found(plays, latest_apart(plays, held_out), recipe, draws)
+    with spreading(scheduler) as spread:
+        plays = logs.read(wanted)
+        described = logs.items(wanted, items)
+        split = latest_apart(plays, held_out)
+        found = _found(plays, split, described, asked, spread)
     source = f"encore fit {__version__}, {len(plays)} plays"
     source += f", slots of {slot_s:g} s" if clock else ""
     naming = Naming(name, source, slot_s)
     models = fits.model_lines(found.fitted, plays, naming)
     fits.write(out, candidates.MODELS, models)
-    fits.write(out, candidates.ITEMS, fits.item_lines(found.fitted, plays, naming))
+    follows = fits.item_lines(found.fitted, found.placed, naming)
+    fits.write(out, candidates.ITEMS, follows)
     report = {
-        **_report(found, slot_s if clock else None),
+        **fit_report.report(found),
+        "slot_s": slot_s if clock else None,
         "digest": candidates.digest_of(out),
     }
     fits.write(out, candidates.REPORT, iter([json.dumps(report, indent=1)]))
     if as_json:
         show_json(report)
     else:
-        _show(found, out)
+        fit_report.show(found, out)
         if clock:
             say(f'They go with the clock: PUT /v1/admin/clock {{"slot_s": {slot_s:g}}}')
 
 
-def _found(plays: Plays, split: Split, recipe: Recipe, draws: int) -> Found:
-    """Learn, on all processors."""
+def _found(
+    plays: Plays,
+    split: Split,
+    items: Sequence[NewItem] | None,
+    asked: Asked,
+    spread: Spread,
+) -> Found:
     began = time.perf_counter()
-    learned = plays.of(split.learned)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        try:
-            fitted = fit(learned, recipe, pool.map)
-        except ValueError as error:
-            raise Failed(f"{error}.") from error
-        seen = streams(learned, in_time=recipe.in_time)
-        identified = identify(seen, fitted.whole, recipe.smoothing, pool.map)
-        spread = None
-        if draws:
-            reward = np.array(plays.reward)
-            seed = recipe.effort.seed
-            spread = intervals(
-                seen,
-                fitted.whole,
-                reward,
-                recipe.smoothing,
-                draws=draws,
-                seed=seed,
-                spread=pool.map,
-            )
-    judged = fits.judged(plays, split.learned, fitted)
-    seconds = time.perf_counter() - began
-    return Found(plays, split, fitted, identified, spread, judged, seconds)
-
-
-def _report(found: Found, slot_s: float | None) -> Mapping[str, object]:
-    plays, types, whole = found.plays, found.fitted.types, found.fitted.whole
-    kinds = np.bincount(types.of_arms, minlength=len(types.chains))
-    recipe = found.fitted.recipe
-    return {
-        "encore": __version__,
-        "made_at": datetime.now(UTC).isoformat(),
-        "learned_until": candidates.moment(found.split.until),
-        "plays": len(plays),
-        "learned": int(found.split.learned.sum()),
-        "answered": int((plays.answer != NONE).sum()),
-        "users": len(plays.users),
-        "items": len(plays.arms),
-        "states": recipe.states,
-        "clock": recipe.in_time,
-        "slot_s": slot_s,
-        "items_by_model": kinds.tolist(),
-        "likelihood": whole.counts.likelihood,
-        "steps": len(whole.risen),
-        "settled": whole.settled and types.settled,
-        "others": list(whole.others),
-        "identification": _identification(found.identified),
-        "intervals": None if found.spread is None else _intervals(found.spread),
-        "held_out": {score.forecaster: score.summary() for score in found.judged},
-        "seconds": round(found.seconds, 3),
-    }
-
-
-def _identification(found: Identification) -> Mapping[str, object]:
-    return {
-        "states_told_apart": found.states,
-        "window": found.window,
-        "singular_values": list(found.singular_values),
-        "errors": list(found.errors),
-        "bonds": [asdict(told) | {"sure": told.sure} for told in found.told],
-        "warnings": list(found.warnings),
-    }
-
-
-def _intervals(spread: Intervals) -> Mapping[str, object]:
-    names = ("play", "rest", "observe", "prior")
-    return {
-        name: [getattr(end, name).tolist() for end in (spread.low, spread.high)]
-        for name in names
-    }
-
-
-def _show(found: Found, out: Path) -> None:
-    types, whole = found.fitted.types, found.fitted.whole
-    reward = np.array(found.plays.reward)
-    kinds = np.bincount(types.of_arms, minlength=len(types.chains)).tolist()
-    rows = [
-        (str(number), str(kinds[number - 1]), _numbers(chain.observe[0] @ reward),
-         _numbers(np.diagonal(chain.play)), _numbers(chain.prior))
-        for number, chain in enumerate(types.chains, 1)
-    ]  # fmt: skip
-    columns = ("model", "items", "reward by state", "stays by a play", "prior")
-    show_table(columns, rows)
-    say()
-    say(_told(whole, found))
-    if found.judged:
-        say(_compared(found))
-    for warning in (*found.identified.warnings, *_unsettled(found)):
-        note(f"Warning: {warning}")
-    say(f"{out}/models.ndjson, {out}/items.ndjson, {out}/report.json")
-
-
-def _told(whole: Learned, found: Found) -> str:
-    learned = found.plays.of(found.split.learned)
-    per_answer = -whole.counts.likelihood / max((learned.answer != NONE).sum(), 1)
-    return (
-        f"{len(learned)} plays of {len(np.unique(learned.user))} users: log loss"
-        f" {per_answer:.4f} on what it was learned from, after {len(whole.risen)} steps"
-        f" and {found.seconds:.0f} s. The log tells {found.identified.states} states"
-        " apart."
+    learned, plain = plays.of(split.learned), None
+    if asked.mood:
+        moody = replace(asked.recipe, mood=fits.usual_mood(plays))
+        asked = replace(asked, recipe=moody)
+    try:
+        recipe, selection = _sized(learned, asked, spread)
+        fitted = fit(learned, recipe, spread)
+        if asked.mood:
+            plain = fit(learned, replace(recipe, mood=None), spread)
+    except ValueError as error:
+        raise Failed(f"{error}.") from error
+    mood = moods_of(learned, recipe.mood)
+    seen = streams(learned, mood, in_time=recipe.in_time)
+    identified = identify(seen, fitted.whole, recipe.smoothing, spread)
+    sure = None
+    if asked.draws:
+        reward, seed = np.array(plays.reward), recipe.effort.seed
+        resample = partial(intervals, seen, fitted.whole, reward, recipe.smoothing)
+        sure = resample(draws=asked.draws, seed=seed, spread=spread)
+    placed = fits.place(fitted, learned, items, stay=asked.stay)
+    judged = fits.judged(plays, split.learned, fitted, placed, plain)
+    took = time.perf_counter() - began
+    return Found(
+        plays, split, selection, fitted, placed, identified, sure, judged, took
     )
 
 
-def _compared(found: Found) -> str:
-    held = len(found.plays) - int(found.split.learned.sum())
-    losses = ", ".join(
-        f"{score.forecaster} {score.log_loss:.4f}" for score in found.judged
-    )
-    return f"Log loss on the {held} plays that were held out: {losses}."
-
-
-def _unsettled(found: Found) -> Sequence[str]:
-    if found.fitted.whole.settled and found.fitted.types.settled:
-        return ()
-    return ("It had not settled: give it more --steps.",)
-
-
-def _numbers(values: "np.typing.NDArray[np.float64]") -> str:
-    return " ".join(f"{value:.2f}" for value in values)
+def _sized(
+    plays: Plays, asked: Asked, spread: Spread
+) -> tuple[Recipe, Selection | None]:
+    """How to learn, with numbers that were chosen where there is a choice."""
+    states, types = asked.states, asked.types
+    recipe = replace(asked.recipe, states=states[0], types=types[0])
+    if len(states) == len(types) == 1:
+        return recipe, None
+    with progress() as bar:
+        task = bar.add_task("sizes", total=len(states) + len(types) - 1)
+        tell = partial(bar.advance, task)
+        found = select(plays, recipe, states, types, spread, tell)
+    return replace(recipe, states=found.states, types=found.types), found

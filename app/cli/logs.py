@@ -7,9 +7,14 @@ from typing import Annotated, Literal, TypeAlias
 
 import typer
 
+from app.api.schemas.lines import CATALOGUE
 from app.cli.console import Failed, progress
+from app.cli.files import opened
+from app.cli.importing import refused
 from app.cli.session import Session, configured, perform
-from app.services.logs import CannotLearn, log
+from app.errors import Fault, InvalidImport
+from app.services.items import NewItem
+from app.services.logs import CannotLearn, catalogue, log
 from learning import Plays
 
 UnitOfTime: TypeAlias = Literal["milliseconds", "seconds", "minutes"]
@@ -86,6 +91,34 @@ def read(wanted: Wanted) -> Plays:
     if wanted.spotify is not None and given:
         raise Failed(f"--spotify does not go with --{given[0]}.", status=2)
     return _of_files(wanted)
+
+
+def items(wanted: Wanted, file: Path | None) -> Sequence[NewItem] | None:
+    """The items of a file, or of the database; None: only the log names them."""
+    if file is not None:
+        return _items_of(file)
+    if wanted.files:
+        return None
+
+    async def task(session: Session) -> Sequence[NewItem]:
+        return await catalogue(session.database)
+
+    return perform(configured(database_url=wanted.database_url), task)
+
+
+def _items_of(file: Path) -> Sequence[NewItem]:
+    found: dict[str, NewItem] = {}
+    with opened(file, None, CATALOGUE) as lines:
+        faults = lines.faults()
+        for line, item in lines.entries(faults):
+            if item.id in found:
+                faults.add(line, Fault("id", "is there twice", item.id))
+            found[item.id] = item
+    try:
+        faults.refuse()
+    except InvalidImport as error:
+        raise refused(error) from error
+    return [*found.values()]
 
 
 def _of_files(wanted: Wanted) -> Plays:

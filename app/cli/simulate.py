@@ -9,17 +9,18 @@ from typing import Annotated
 import typer
 from rich.progress import Progress, TaskID
 
-from app.api.schemas.lines import ITEMS, MODELS, POLICIES
+from app.api.schemas.lines import ITEMS, MODELS
 from app.cli import trial_report
 from app.cli.console import AsJson, Failed, note, progress, show_json
+from app.cli.contenders import Policies, PolicyFile, entrant, entrants_in
 from app.cli.files import opened
 from app.cli.importing import FormatOption, refused
 from app.cli.session import DatabaseUrl, Session, configured, perform
-from app.errors import InvalidImport, TooLargeToBound
+from app.errors import InvalidImport, MoodsDiffer, TooLargeToBound
 from app.services import bounds, entrants, model_imports, openings, trials
 from app.services.beside import beside
 from app.services.entrants import Entrant
-from app.services.formats import Format, json_object
+from app.services.formats import Format
 from app.services.openings import Opening
 from app.services.trials import Score, Setting, Start, Trial
 from app.storage.store import Store
@@ -55,22 +56,6 @@ Items = Annotated[
     typer.Option(
         "--items",
         help="Items of these models, as `import items` reads them.",
-        show_default=False,
-    ),
-]
-Policies = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--policy",
-        help="A policy to try: NAME or NAME={PARAMETERS AS JSON}. Repeatable.",
-        show_default=False,
-    ),
-]
-PolicyFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--policies",
-        help="Policies to try: a file of {name, params}.",
         show_default=False,
     ),
 ]
@@ -120,10 +105,10 @@ def command(
     database.
     """
     course = _course(runs, slots, discount, seed, first)
-    given = [_entrant(text, discount) for text in policy or ()]
+    given = [entrant(text, discount) for text in policy or ()]
     if policies is not None:
-        given.extend(_in_file(policies, discount))
-    wanted: Sequence[Entrant] = given or [_entrant(name, discount) for name in USUAL]
+        given.extend(entrants_in(policies, discount))
+    wanted: Sequence[Entrant] = given or [entrant(name, discount) for name in USUAL]
     states = _states(start, example)
     if models is None:
         _needs_models("--items", items)
@@ -152,25 +137,6 @@ def _course(
         return trials.course(runs, slots, discount, seed, first)
     except ValueError as error:
         raise Failed(f"--{error}.", status=2) from error
-
-
-def _entrant(text: str, discount: float) -> Entrant:
-    name, _, given = text.partition("=")
-    try:
-        return entrants.entrant(name, json_object(given or "{}"), discount)
-    except ValueError as error:
-        raise Failed(f"--policy {name or text}: {error}.", status=2) from error
-
-
-def _in_file(file: Path, discount: float) -> Sequence[Entrant]:
-    try:
-        with opened(file, None, POLICIES) as lines:
-            found = entrants.read(lines, discount)
-    except InvalidImport as error:
-        raise refused(error) from error
-    if not found:
-        raise Failed(f"--policies {file}: holds no policy.", status=2)
-    return found
 
 
 def _states(start: Start, example: int | None) -> Sequence[int] | None:
@@ -204,6 +170,8 @@ def _of_files(models: Path, items: Path | None, format_: Format | None) -> Openi
             return openings.of_files(known, lines)
     except InvalidImport as error:
         raise refused(error) from error
+    except MoodsDiffer as error:
+        raise Failed(f"{models}: {error.detail}") from error
 
 
 def _of_database(
@@ -227,7 +195,7 @@ def _warn(setting: Setting, depth: int) -> None:
     """Tell what will take long; refuse what would take days."""
     opening, course = setting.opening, setting.course
     expected = setting.expected_seconds
-    if setting.start is Start.BELIEF:
+    if setting.is_bounded:
         expected += _seconds_to_bound(opening, course.discount, depth)
     told = f"{len(opening.models)} models, {course.runs} runs"
     if expected > MOST_PATIENCE:
@@ -250,7 +218,7 @@ def _seconds_to_bound(opening: Opening, discount: float, depth: int) -> float:
 def _tried(setting: Setting, depth: int) -> Trial:
     most = None
     with progress() as bar:
-        if setting.start is Start.BELIEF:
+        if setting.is_bounded:
             waiting = bar.add_task("bound", total=None)
             discount, limits = setting.course.discount, bounds.OF_A_COMMAND
             work = partial(bounds.certified, setting.opening, discount, depth, limits)

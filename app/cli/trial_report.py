@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from app.cli.console import say, show_table
-from app.services.trials import Trial, Tried
+from app.services.trials import Start, Trial, Tried
 
 COLUMNS = ("policy", "reward", "over the first", "under the bound", "decision")
 NAMED = 3  # models whose plays are told
@@ -19,7 +19,7 @@ def show(trial: Trial) -> None:
         say(f"{tried.label} plays {_most_played(trial.models, tried.play_shares)}.")
     say()
     if trial.bound is None:
-        say("Beliefs are wrong at the start, so that there is no bound.")
+        say(f"{_unbounded(trial)}, so that there is no bound.")
     else:
         say(f"No policy earns more than {trial.bound:.4f} on average.")
     say(
@@ -27,6 +27,12 @@ def show(trial: Trial) -> None:
         f" from the start of their listening, {trial.slots} plays each; later ones add"
         f" at most {trial.remainder:.4f}. Discount {trial.discount}, seed {trial.seed}."
     )
+
+
+def _unbounded(trial: Trial) -> str:
+    if trial.start is Start.STATE:
+        return "Beliefs are wrong at the start"
+    return "Moods join the items"
 
 
 def _row(tried: Tried, difference: str) -> tuple[str, ...]:

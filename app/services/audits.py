@@ -150,6 +150,8 @@ def _beliefs(
     except UnknownFormat as error:
         yield f"its beliefs cannot be read: {error}"
         return
+    if catalogue.models.classes > 1 and kept.felt != expected.felt:
+        yield "its mood is another than that of its answers"
     if not np.array_equal(kept.serial, expected.serial):
         yield "its beliefs are of other items than it has played"
         return

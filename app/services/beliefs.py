@@ -5,14 +5,16 @@ rested so long that no policy cares when it was played last. So a user who has p
 ten thousand items costs no more than one who has played a few.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.domain import User
+from app.services import moods
 from app.services.catalogue import Catalogue
 from app.storage import plays
 from app.storage.packing import Entries, unpack
@@ -54,22 +56,39 @@ class Beliefs:
         return self.returned & (self.rested >= REMEMBERED)
 
 
+class Heard(NamedTuple):
+    """A closed play of one item, and the class of the mood that it was in."""
+
+    slot: int
+    signal: str
+    mood: int
+
+
 def kept(store: Store, catalogue: Catalogue, user: User) -> Entries:
     """A user's entries; those of an earlier epoch are rebuilt from the log of plays."""
     states = catalogue.models.like.shape[1]
+    moody = catalogue.models.classes > 1
     if user.slot == 0:
-        return Entries.none(states)
+        return replace(Entries.none(states), felt=moods.unfelt(catalogue))
     if user.epoch == catalogue.epoch:
-        return unpack(user.packed, states)
+        entries = unpack(user.packed, states)
+        if moody == (entries.felt is not None):
+            return entries
+        if not moody:
+            return replace(entries, felt=None)
     log = plays.closed(store, user.id, before=user.slot)
     return store.aside(partial(rebuilt, catalogue, log, user.settled))
 
 
-def rebuilt(catalogue: Catalogue, log: Iterable[ClosedPlay], settled: int) -> Entries:
+def rebuilt(catalogue: Catalogue, log: Sequence[ClosedPlay], settled: int) -> Entries:
     """The entries that a log of plays gives rise to; before `settled` all is closed."""
-    by_item: dict[int, list[ClosedPlay]] = {}
-    for play in log:
-        by_item.setdefault(play.item, []).append(play)
+    classes, felt = np.zeros(len(log), np.int64), None
+    if catalogue.models.classes > 1:
+        classes, felt = moods.rebuilt(catalogue, log)
+    by_item: dict[int, list[Heard]] = {}
+    for play, mood in zip(log, classes.tolist(), strict=True):
+        heard = Heard(play.slot, play.signal, mood)
+        by_item.setdefault(play.item, []).append(heard)
     serials = sorted(by_item)
     final = [
         _replay(catalogue, serial, _remembered(catalogue, serial, by_item[serial]))
@@ -81,6 +100,7 @@ def rebuilt(catalogue: Catalogue, log: Iterable[ClosedPlay], settled: int) -> En
         np.array([belief for _, belief in final], np.float64).reshape(
             len(serials), catalogue.models.like.shape[1]
         ),
+        felt,
     )
     return without_forgotten(catalogue, entries, settled)
 
@@ -108,16 +128,18 @@ def of_item(
     return belief[0], int(slots[0])
 
 
-def expected(catalogue: Catalogue, serial: int, belief: Floats) -> float:
-    """The expected reward that a belief gives: with skip and like, chance of a like."""
+def expected(catalogue: Catalogue, serial: int, belief: Floats, mood: int) -> float:
+    """The expected reward in a mood: with skip and like, chance of a like."""
     model = np.array([catalogue.row_of(serial)])
-    return float(expected_like(catalogue.models, model, belief[None])[0])
+    return float(expected_like(catalogue.models, model, belief[None], mood)[0])
 
 
 def after_play(
-    catalogue: Catalogue, entries: Entries, slot: int, serial: int, signal: str
+    catalogue: Catalogue, entries: Entries, play: ClosedPlay
 ) -> tuple[Entries, Answered]:
-    """The entries after a play in a slot, and what its answer taught."""
+    """The entries after a play, and what its answer taught."""
+    slot, serial = play.slot, play.item
+    felt = moods.after(catalogue, entries.felt, play)
     row, known = _row(entries, serial), entries
     if row is not None and slot - entries.slot[row] >= REMEMBERED:
         known = without_forgotten(catalogue, _rows(entries, np.array([row])), slot)
@@ -126,9 +148,11 @@ def after_play(
         catalogue.models,
         catalogue.row_of(serial),
         belief,
-        catalogue.signal_of(serial, signal),
+        catalogue.signal_of(serial, play.signal),
+        moods.class_of(catalogue.models, felt),
     )
-    return _put(entries, serial, slot + 1, learned.belief), learned
+    after = _put(entries, serial, slot + 1, learned.belief)
+    return replace(after, felt=felt), learned
 
 
 def has_passed(entries: Entries, slot: int, serial: int) -> bool:
@@ -147,19 +171,20 @@ def without_forgotten(catalogue: Catalogue, entries: Entries, slot: int) -> Entr
 
 
 def _replay(
-    catalogue: Catalogue, serial: int, log: Sequence[ClosedPlay]
+    catalogue: Catalogue, serial: int, log: Sequence[Heard]
 ) -> tuple[int, Floats]:
     return replayed(
         catalogue.models,
         catalogue.row_of(serial),
         np.array([play.slot for play in log], np.int64),
         np.array([catalogue.signal_of(serial, p.signal) for p in log], np.int64),
+        np.array([play.mood for play in log], np.int64),
     )
 
 
 def _remembered(
-    catalogue: Catalogue, serial: int, log: Sequence[ClosedPlay]
-) -> Sequence[ClosedPlay]:
+    catalogue: Catalogue, serial: int, log: Sequence[Heard]
+) -> Sequence[Heard]:
     """The plays since the item was last forgotten: what came before left no trace."""
     start = 0
     for number in range(1, len(log)):
@@ -181,7 +206,12 @@ def _row(entries: Entries, serial: int) -> int | None:
 
 
 def _rows(entries: Entries, rows: Ints) -> Entries:
-    return Entries(entries.serial[rows], entries.slot[rows], entries.belief[rows])
+    return replace(
+        entries,
+        serial=entries.serial[rows],
+        slot=entries.slot[rows],
+        belief=entries.belief[rows],
+    )
 
 
 def _put(entries: Entries, serial: int, slot: int, belief: Floats) -> Entries:

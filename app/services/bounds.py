@@ -12,6 +12,10 @@ from app.storage.store import Store
 from policies import Bound, Effort, bound, effort, worth_for_ever
 
 FINEST, COARSEST = 12_500, 100  # points of a grid
+MOODY = (
+    "The models have a mood, which ties the items together: what bounds each of them by"
+    " itself bounds nothing."
+)
 MOVE = 6e-8  # seconds to follow a move, times the slots that count, at all prices
 LEAF = 1.5e-5  # seconds for a leaf, at all prices
 
@@ -44,14 +48,16 @@ class Fixed:
 class Outlook:
     """Between what one item earns and what no policy exceeds.
 
-    bound: certified; found at a price of rest
+    bound:  certified; found at a price of rest
+    reason: why there is neither
     """
 
     opening: Opening
     discount: float
     depth: int
-    bound: Bound
-    best_fixed: Fixed
+    bound: Bound | None
+    best_fixed: Fixed | None
+    reason: str | None = None
 
 
 def outlook(store: Store, live: Live, discount: float | None, depth: int) -> Outlook:
@@ -62,6 +68,8 @@ def outlook(store: Store, live: Live, discount: float | None, depth: int) -> Out
 
     def look() -> Outlook:
         opening = openings.of_catalogue(catalogue)
+        if opening.is_moody:
+            return Outlook(opening, worth, depth, None, None, MOODY)
         return Outlook(
             opening,
             worth,

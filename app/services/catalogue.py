@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from app.domain import Item, ItemModel, ItemSignals, Revision
+from app.domain import Item, ItemModel, ItemMood, ItemSignals, MoodRule, Revision
 from app.errors import Fault, UnknownItems
 from app.services.pool import Pool
 from app.storage.index_tables import TableKey
-from policies import NONE, Ints, Model, ModelSet, Signals
+from policies import NONE, Ints, Model, ModelSet, Mood, Signals
 
 NO_ROW = -1
 MOST_TAGGED = 256
@@ -190,18 +190,28 @@ def stacked(versions: Sequence[ItemModel]) -> ModelSet:
 
 def mathematical(model: ItemModel) -> Model:
     """A model as it is kept, validated."""
+    mood, signals = model.mood, model.signals
+    like = model.like if mood is None else mood.like
     return Model(
         tuple(model.states),
         np.array(model.play),
         np.array(model.rest),
-        None if model.signals else np.array(model.like),
+        None if signals else np.array(like),
         np.array(model.prior),
-        observed(model.signals),
+        observed(signals, mood),
+        mood=None if mood is None else mood_rule(mood.rule),
+        shares=None if mood is None else mood.shares,
     )
 
 
-def observed(signals: ItemSignals | None) -> Signals | None:
+def observed(signals: ItemSignals | None, mood: ItemMood | None) -> Signals | None:
     """Signals as they are kept, for a mathematical model."""
     if signals is None:
         return None
-    return Signals(tuple(signals.names), signals.observe, signals.reward)
+    observe = signals.observe if mood is None else mood.observe or ()
+    return Signals(tuple(signals.names), observe, signals.reward)
+
+
+def mood_rule(rule: MoodRule) -> Mood:
+    """How answers make a mood, as it is kept, validated."""
+    return Mood(rule.answers, rule.memory, tuple(rule.levels), rule.pause_s)

@@ -6,8 +6,11 @@ import numpy as np
 
 from app.services.beliefs import Beliefs
 from app.services.catalogue import Catalogue
+from app.services.moods import state_of
 from app.services.pool import Pool
+from app.storage.packing import Felt
 from policies import (
+    NEUTRAL,
     NEVER,
     Choice,
     Floats,
@@ -74,7 +77,11 @@ class Decision:
 
 
 def candidates(
-    catalogue: Catalogue, pool: Pool, beliefs: Beliefs, policy: Policy
+    catalogue: Catalogue,
+    pool: Pool,
+    beliefs: Beliefs,
+    policy: Policy,
+    felt: Felt | None = None,
 ) -> Candidates:
     """Group the pool: played items alone, all others with their model's untouched."""
     like_untouched = beliefs.forgotten if policy.rest_matters else beliefs.returned
@@ -91,6 +98,8 @@ def candidates(
         np.concatenate((beliefs.belief[own], beliefs.fresh[groups])),
         np.concatenate((np.ones(len(serial), np.int64), count[groups])),
         np.concatenate((beliefs.rested[own], np.full(len(groups), NEVER, np.int64))),
+        mood=NEUTRAL if felt is None else state_of(felt),
+        resumed=felt is not None and felt.resumed,
     )
     return Candidates(catalogue, situation, situation.count, serial, serial, pool)
 
@@ -105,7 +114,10 @@ def decide(
     scores = scored.scores[choice.row] if isinstance(scored, Mixture) else scored
     group = slice(choice.group, choice.group + 1)
     like = expected_like(
-        situation.models, situation.model[group], situation.belief[group]
+        situation.models,
+        situation.model[group],
+        situation.belief[group],
+        situation.mood_class,
     )
     return Decision(
         candidates, scores, choice, candidates.item(choice), float(like[0]), seed

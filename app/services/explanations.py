@@ -96,7 +96,10 @@ def _group(replay: Replay, row: int) -> Group:
     model = replay.catalogue.versions[situation.model[row]]
     only = slice(row, row + 1)
     like = expected_like(
-        situation.models, situation.model[only], situation.belief[only]
+        situation.models,
+        situation.model[only],
+        situation.belief[only],
+        situation.mood_class,
     )
     rested = int(situation.rested[row])
     count = int(replay.decision.candidates.left[row])

@@ -2,9 +2,10 @@
 
 import json
 from collections.abc import AsyncIterator
+from dataclasses import asdict
 from functools import partial
 
-from app.domain import Item, ItemModel
+from app.domain import Item, ItemModel, ItemMood
 from app.services.audits import each_user
 from app.storage import items, models, plays
 from app.storage.database import Database
@@ -67,16 +68,23 @@ def _model(model: ItemModel) -> dict[str, object]:
 
 def _answers(model: ItemModel) -> dict[str, object]:
     """How its plays are answered: by likes, or by signals of its own."""
-    signals = model.signals
+    signals, mood = model.signals, model.mood
+    moody: dict[str, object] = {} if mood is None else {"mood": _mood(mood)}
     if signals is None:
-        return {"like": model.like}
+        return moody or {"like": model.like}
     shares = {} if signals.fractions is None else {"fractions": signals.fractions}
     return {
         "signals": signals.names,
-        "observe": signals.observe,
+        **(moody or {"observe": signals.observe}),
         "reward": signals.reward,
         **shares,
     }
+
+
+def _mood(mood: ItemMood) -> dict[str, object]:
+    told = {"like": mood.like, "observe": mood.observe, "shares": mood.shares}
+    given = {name: value for name, value in told.items() if value is not None}
+    return asdict(mood.rule) | given
 
 
 def _item(item: Item) -> dict[str, object]:

@@ -2,19 +2,23 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from itertools import compress
 from pathlib import Path
 
 import numpy as np
 
 from app.domain import LIKE, SKIP
+from app.services.items import NewItem
 from learning import NONE, Bools, Plays
 from learning.chain import Chain
 from learning.evaluation import Score, compare
 from learning.evaluation.rates import arm_rate, constant
-from learning.fitting import Fitted, expected
-from learning.prediction import liked
+from learning.fitting import Fitted, expected, moods_of
+from learning.inheritance import Inherited, inherit
+from learning.prediction import liked, predicted
 from learning.rests import moves_of
+from policies import Floats, Ints, Mood, as_ints
 
 NAMES: Mapping[int, Sequence[str]] = {
     2: ("low", "high"),
@@ -22,6 +26,7 @@ NAMES: Mapping[int, Sequence[str]] = {
     4: ("low", "medium", "high", "very high"),
 }
 DIGITS = 9
+MOODLESS = "without mood"
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,32 +41,109 @@ class Naming:
     slot_s: float
 
 
+def usual_mood(plays: Plays) -> Mood:
+    """That of a log; where no times are known, there are no pauses."""
+    return Mood() if plays.seconds is not None else Mood(pause_s=None)
+
+
 def model_lines(fitted: Fitted, plays: Plays, naming: Naming) -> Iterator[str]:
     """Models as `import models` reads them, one for each type."""
     for number, chain in enumerate(fitted.types.chains, 1):
         name = _name(fitted, naming, number)
-        yield json.dumps(_model(chain, plays, name, naming), ensure_ascii=False)
+        model = _model(chain, name, naming) | _answers(chain, plays, fitted)
+        yield json.dumps(model, ensure_ascii=False)
 
 
-def item_lines(fitted: Fitted, plays: Plays, naming: Naming) -> Iterator[str]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """Items, and the models that they follow.
+
+    items: as they are described
+    found: which type each is of, and why
+    stay:  whether items of which nothing is told stay with the models they have
+    """
+
+    items: Sequence[NewItem]
+    found: Inherited
+    stay: bool
+
+    @property
+    def follows(self) -> Sequence[tuple[NewItem, int]]:
+        """Items that follow a learned model, and its number."""
+        told = zip(self.found.played, self.found.tag, strict=True)
+        moves = [played or tag is not None or not self.stay for played, tag in told]
+        pairs = zip(self.items, self.found.kind.tolist(), strict=True)
+        return [*compress(pairs, moves)]
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """How many follow what they were played, a tag, or the usual type."""
+        pairs = [*zip(self.found.played, self.found.tag, strict=True)]
+        return {
+            "by_plays": sum(played for played, _ in pairs),
+            "by_tag": sum(not played and tag is not None for played, tag in pairs),
+            "by_neither": sum(not played and tag is None for played, tag in pairs),
+        }
+
+    def of(self, arms: Sequence[str], usual: Ints) -> Ints:
+        """Which type each arm follows: of an arm that is no item, the usual one."""
+        kind = {item.id: number for item, number in self.follows}
+        pairs = zip(arms, usual.tolist(), strict=True)
+        return as_ints([kind.get(arm, other) for arm, other in pairs])
+
+
+def place(
+    fitted: Fitted, plays: Plays, items: Sequence[NewItem] | None, *, stay: bool
+) -> Placed:
+    """Find the models of items; None: of those that the log names."""
+    known = [NewItem(arm, "") for arm in plays.arms] if items is None else items
+    tags = {item.id: item.tags for item in known}
+    found = inherit(fitted.types, plays.arms, np.unique(plays.arm), tags)
+    return Placed(known, found, stay)
+
+
+def item_lines(fitted: Fitted, placed: Placed, naming: Naming) -> Iterator[str]:
     """Items as `import items` reads them, each with the model it follows."""
-    kinds = fitted.types.of_arms.tolist()
-    for arm, kind in zip(plays.arms, kinds, strict=True):
-        model = _name(fitted, naming, kind + 1)
-        yield json.dumps({"id": arm, "model": model}, ensure_ascii=False)
+    for item, kind in placed.follows:
+        plain: dict[str, object] = {
+            "id": item.id,
+            "model": _name(fitted, naming, kind + 1),
+        }
+        more = {"title": item.title, "tags": item.tags, "payload": item.payload}
+        plain |= {name: value for name, value in more.items() if value}
+        plain |= {} if item.active else {"active": False}
+        yield json.dumps(plain, ensure_ascii=False)
 
 
-def judged(plays: Plays, learned: Bools, fitted: Fitted) -> Sequence[Score]:
-    """How well plays are foretold that models were not learned from; none: nothing."""
+def judged(
+    plays: Plays,
+    learned: Bools,
+    fitted: Fitted,
+    placed: Placed,
+    plain: Fitted | None = None,
+) -> Sequence[Score]:
+    """How well plays are foretold that models were not learned from; none: nothing.
+
+    plain: the same, learned without a mood, to tell what that gains
+    """
     held = ~learned & (plays.answer != NONE)
     if not held.any():
         return ()
     chances = {
-        "learned": liked(plays, expected(plays, fitted)),
+        "learned": liked(plays, _expected(plays, fitted, placed)),
+        **({} if plain is None else {MOODLESS: liked(plays, expected(plays, plain))}),
         "user-arm rate": arm_rate(plays, learned),
         "constant": constant(plays, learned),
     }
     return compare(plays, held, chances)[2]
+
+
+def _expected(plays: Plays, fitted: Fitted, placed: Placed) -> Floats:
+    """What is foretold if arms follow the models that are written."""
+    of_arms = placed.of(plays.arms, fitted.types.of_arms)
+    chains, recipe = fitted.types.chains, fitted.recipe
+    mood = moods_of(plays, recipe.mood)
+    return predicted(plays, chains, of_arms, mood, in_time=recipe.in_time)
 
 
 def write(folder: Path, name: str, lines: Iterator[str]) -> None:
@@ -77,9 +159,7 @@ def _name(fitted: Fitted, naming: Naming, number: int) -> str:
     return naming.prefix if alone else f"{naming.prefix}-{number}"
 
 
-def _model(
-    chain: Chain, plays: Plays, name: str, naming: Naming
-) -> Mapping[str, object]:
+def _model(chain: Chain, name: str, naming: Naming) -> dict[str, object]:
     size = len(chain.prior)
     play, rest = chain.play, chain.rest
     if chain.in_time:  # a play takes no time: the slot that it begins is rest, too
@@ -90,21 +170,27 @@ def _model(
         "states": NAMES.get(size) or [f"state {n}" for n in range(1, size + 1)],
         "play": _rounded(play),
         "rest": _rounded(rest),
-        **_answers(chain, plays),
         "prior": _rounded(chain.prior),
         "source": naming.source,
     }
 
 
-def _answers(chain: Chain, plays: Plays) -> Mapping[str, object]:
-    [observe] = chain.observe
+def _answers(chain: Chain, plays: Plays, fitted: Fitted) -> dict[str, object]:
+    mood = fitted.recipe.mood
+    observe = chain.observe[0] if mood is None else chain.observe
     if tuple(plays.signals) == (SKIP, LIKE) and plays.reward == (0.0, 1.0):
-        return {"like": _rounded(observe[:, 1])}
+        told = {"like": _rounded(observe[..., 1])}
+        return told if mood is None else {"mood": _mood(mood, fitted) | told}
+    told = {"observe": _rounded(observe)}
     return {
         "signals": list(plays.signals),
-        "observe": _rounded(observe),
         "reward": list(plays.reward),
+        **(told if mood is None else {"mood": _mood(mood, fitted) | told}),
     }
+
+
+def _mood(mood: Mood, fitted: Fitted) -> dict[str, object]:
+    return asdict(mood) | {"shares": _rounded(fitted.shares)}
 
 
 def _rounded(values: "np.typing.NDArray[np.float64]") -> object:

@@ -7,9 +7,10 @@ from datetime import UTC, datetime
 import numpy as np
 
 from app.errors import ItemNotFound
-from app.services import beliefs
+from app.services import beliefs, moods
 from app.services.catalogue import Catalogue
 from app.services.live import Live
+from app.services.moods import Mood
 from app.services.standing import Standing
 from app.storage import users
 from app.storage.store import Store
@@ -28,6 +29,7 @@ class Forecast:
     likes:     the same after 1, 2, ... further slots of rest
     threshold: reward at which it counts as back
     back_in:   slots of rest until then; 0: it is back; None: not within the forecast
+    mood:      of the user now, which is taken to last
     slot_s:    seconds of a slot, where slots follow a clock
     """
 
@@ -37,6 +39,7 @@ class Forecast:
     likes: Sequence[float]
     threshold: float
     back_in: int | None
+    mood: Mood | None
     slot_s: float | None
 
 
@@ -57,9 +60,11 @@ def of_item(
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
     standing.keep_time(revision.clock)
     belief, rested = beliefs.of_item(catalogue, standing.entries, standing.slot, serial)
-    now = beliefs.expected(catalogue, serial, belief)
-    likes = forecast(catalogue.models, catalogue.row_of(serial), belief, slots)
-    wanted = _returned(catalogue, serial) if threshold is None else threshold
+    felt = standing.felt()
+    mood = moods.class_of(catalogue.models, felt)
+    now = beliefs.expected(catalogue, serial, belief, mood)
+    likes = forecast(catalogue.models, catalogue.row_of(serial), belief, slots, mood)
+    wanted = _returned(catalogue, serial, mood) if threshold is None else threshold
     back = np.flatnonzero(np.concatenate(([now], likes)) >= wanted)
     return Forecast(
         slot=standing.slot,
@@ -68,12 +73,13 @@ def of_item(
         likes=likes.tolist(),
         threshold=wanted,
         back_in=int(back[0]) if len(back) else None,
+        mood=moods.described(catalogue.models, felt),
         slot_s=revision.clock.slot_s,
     )
 
 
-def _returned(catalogue: Catalogue, serial: int) -> float:
+def _returned(catalogue: Catalogue, serial: int, mood: int) -> float:
     """Nearly the expected reward that a very long rest leads to."""
     row = catalogue.row_of(serial)
     settled = untouched(catalogue.models, 2**20)[row]
-    return RETURNED * beliefs.expected(catalogue, serial, settled)
+    return RETURNED * beliefs.expected(catalogue, serial, settled, mood)

@@ -16,14 +16,16 @@ from functools import partial
 import numpy as np
 
 from app.domain import ItemModel
+from app.errors import MoodsDiffer
 from app.services import index_builds, index_tables, logs, models
 from app.services.candidates import Candidate
-from app.services.catalogue import mathematical
+from app.services.catalogue import mathematical, mood_rule
 from app.services.changes import Change
 from app.services.index_coverage import is_small
 from app.services.index_tables import Built
 from app.services.live import Live
 from app.services.models import Outcome
+from app.services.mood_rules import common
 from app.storage import revision
 from app.storage.database import Database
 from app.storage.store import Store
@@ -31,7 +33,9 @@ from learning import NONE, Bools, Floats, Plays
 from learning.chain import Chain
 from learning.evaluation import Score, compare
 from learning.evaluation.rates import arm_rate
+from learning.fitting import moods_of
 from learning.prediction import liked, predicted
+from policies import Mood
 
 LEARNED, PRESENT, RATE = "candidate", "present", "rate"
 
@@ -109,6 +113,7 @@ class _Setting:
     versions: Sequence[ItemModel]
     follows: Sequence[str]
     known: int
+    slot_s: float | None
 
 
 async def judge(
@@ -127,7 +132,12 @@ async def judge(
     look = partial(_setting, live=live, candidate=candidate, arms=plays.arms)
     setting = await database.run(look)
     progress("forecasts")
-    checks = [_items(candidate, setting), _signals(plays, setting)]
+    checks = [
+        _items(candidate, setting),
+        _clock(candidate, setting),
+        _signals(plays, setting),
+        _moods(setting),
+    ]
     held = _held(plays, candidate)
     users = len(np.unique(plays.user[held]))
     scores: Sequence[Score] = ()
@@ -162,6 +172,7 @@ def _setting(
         catalogue.versions,
         [catalogue.listing.model[serial] for serial in serials],
         sum(catalogue.serial_of(item) is not None for item in candidate.items),
+        known.clock.slot_s,
     )
 
 
@@ -175,6 +186,17 @@ def _items(candidate: Candidate, setting: _Setting) -> Check:
     return Check("items", setting.known > 0 and not lacking, detail)
 
 
+def _clock(candidate: Candidate, setting: _Setting) -> Check:
+    told = [
+        "by plays" if slot_s is None else f"by slots of {slot_s:g} s"
+        for slot_s in (candidate.slot_s, setting.slot_s)
+    ]
+    detail = f"interest rests {told[0]}"
+    if candidate.slot_s != setting.slot_s:
+        detail += f", and in the service {told[1]}: see /v1/admin/clock"
+    return Check("clock", candidate.slot_s == setting.slot_s, detail)
+
+
 def _signals(plays: Plays, setting: _Setting) -> Check:
     ours = tuple(plays.signals), tuple(plays.reward)
     for outcome in setting.outcomes:
@@ -183,6 +205,16 @@ def _signals(plays: Plays, setting: _Setting) -> Check:
             detail = f"the model {outcome.model.id!r} has others than those in force"
             return Check("signals", passed=False, detail=detail)
     return Check("signals", passed=True, detail=", ".join(plays.signals))
+
+
+def _moods(setting: _Setting) -> Check:
+    there = {model.id: model for model in setting.versions}
+    learned = {each.model.id: each.model for each in setting.outcomes}
+    try:
+        rule = common((each.id, each.mood) for each in (there | learned).values())
+    except MoodsDiffer as error:
+        return Check("mood", passed=False, detail=error.detail)
+    return Check("mood", passed=True, detail="none" if rule is None else "one")
 
 
 def _held(plays: Plays, candidate: Candidate) -> Bools:
@@ -213,8 +245,9 @@ def _scores(
         candidate.items.get(arm, model)
         for arm, model in zip(plays.arms, setting.follows, strict=True)
     ]
+    clocked = plays if candidate.slot_s is None else plays.by_clock(candidate.slot_s)
     chances = {
-        LEARNED: _chance(plays, present | learned, becomes),
+        LEARNED: _chance(clocked, present | learned, becomes),
         PRESENT: _chance(plays, present, setting.follows),
         RATE: arm_rate(plays, ~held),
     }
@@ -226,15 +259,20 @@ def _chance(
 ) -> Floats:
     """(P,) chance that each play is liked, if arms follow these models."""
     number = {model: place for place, model in enumerate(dict.fromkeys(follows))}
-    chains = [chain_of(there[model]) for model in number]
+    rule = common((model, there[model].mood) for model in there)
+    mood = None if rule is None else mood_rule(rule)
+    chains = [chain_of(there[model], mood) for model in number]
     rows = np.array([number[model] for model in follows])
-    return liked(plays, predicted(plays, chains, rows))
+    return liked(plays, predicted(plays, chains, rows, moods_of(plays, mood)))
 
 
-def chain_of(model: ItemModel) -> Chain:
-    """A model as learning has it."""
+def chain_of(model: ItemModel, mood: Mood | None = None) -> Chain:
+    """A model as learning has it, in all moods that there are."""
     plain = mathematical(model)
-    return Chain(plain.play, plain.rest, plain.observe[None], plain.prior)
+    classes = 1 if mood is None else mood.classes
+    shape = (classes, *plain.observe.shape)
+    observe = np.ascontiguousarray(np.broadcast_to(plain.observe_in, shape))
+    return Chain(plain.play, plain.rest, observe, plain.prior)
 
 
 def _not_worse(other: Score, learned: Score, terms: Terms) -> Check:

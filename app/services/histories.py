@@ -174,7 +174,7 @@ def _enter(
         serial = catalogue.listing.serials[play.item]
         answer = _answer(settings, catalogue.model_of(serial), play)
         last = standing.report(serial, answer, key, at, beside=last)
-        standing.learn(last.slot, serial, answer)
+        standing.learn(last, last.slot, answer)
         entered += 1
     if entered:
         standing.save()

@@ -132,7 +132,7 @@ def report_play(store: Store, live: Live, user_id: str, report: Report) -> Feedb
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
     standing.keep_time(revision.clock)
     play = standing.report(serial, answer, report.key)
-    learned = standing.learn(play.slot, serial, answer)
+    learned = standing.learn(play, play.slot, answer)
     standing.save()
     return Feedback(play, answer.signal, standing.slot, learned=learned)
 

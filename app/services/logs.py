@@ -10,7 +10,8 @@ import numpy as np
 
 from app.domain import ItemModel
 from app.services import models as item_models
-from app.storage import models, plays, revision
+from app.services.items import NewItem, described
+from app.storage import items, models, plays, revision
 from app.storage.database import Database
 from app.storage.plays import LogRow
 from app.storage.store import Store
@@ -61,7 +62,7 @@ async def log(
     database: Database, progress: Callable[[int], object] = lambda _plays: None
 ) -> Plays:
     """All plays that took place, in memory; `progress` is told how many there are."""
-    kept = await database.run(_models)
+    kept = await database.run(models_now)
     names, reward = common_signals(kept)
     signals = {name: number for number, name in enumerate(names)}
     gathered = Columns()
@@ -76,7 +77,18 @@ async def log(
     return _plays(gathered, names, reward)
 
 
-def _models(store: Store) -> Sequence[ItemModel]:
+async def catalogue(database: Database) -> Sequence[NewItem]:
+    """All items as their client described them, retired ones too."""
+    found: list[NewItem] = []
+    after = -1
+    while some := await database.run(partial(items.in_order, after=after)):
+        found.extend(map(described, some))
+        after = some[-1].serial
+    return found
+
+
+def models_now(store: Store) -> Sequence[ItemModel]:
+    """All models, in the version that is in force."""
     return models.at(store, revision.current(store).catalogue)
 
 

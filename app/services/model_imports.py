@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from app.errors import Fault, UnusableModel
-from app.services import models, new_models
+from app.services import models, mood_rules, new_models
 from app.services.changes import Change, Imported
 from app.services.lines import LineFile
 from app.services.new_models import NewModel
@@ -42,7 +42,9 @@ def read(file: LineFile[NewModel]) -> Sequence[NewModel]:
 def _land(store: Store, new: Sequence[NewModel], by: str, *, dry_run: bool) -> Imported:
     known = revision.current(store)
     outcomes = [models.outcome(store, model) for model in new]
-    if not dry_run:
+    if dry_run:
+        mood_rules.check(store, known, [each.model for each in outcomes])
+    else:
         models.put_all(store, known, outcomes, by)
     changes = [outcome.change for outcome in outcomes]
     created, replaced, unchanged = map(changes.count, Change)

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 
 from app.domain import ItemModel, ItemSignals, Revision
 from app.errors import Fault, ModelInUse, ModelNotFound
-from app.services import index_coverage, index_tables
+from app.services import index_coverage, index_tables, mood_rules
 from app.services.catalogue import mathematical
 from app.services.changes import Change
 from app.services.new_models import NewModel, check, signals_of
@@ -67,7 +67,8 @@ def put_all(
         return
     discount = table_discount_in_force(store, known)
     tables = index_coverage.of_new(store, changed, discount)
-    moved = any(each.moved for each in outcomes)
+    moved = mood_rules.check(store, known, changed)
+    moved = moved or any(each.moved for each in outcomes)
     revision.rely_on_policy(store, known)
     catalogue = revision.advance_catalogue(store, known, new_epoch=moved)
     index_tables.insert(store, tables, catalogue)
@@ -145,10 +146,14 @@ def _lost(signals: Sequence[str]) -> str:
 
 def _chances(model: ItemModel) -> tuple[object, ...]:
     """What beliefs are made of."""
+    chains = model.play, model.rest, model.prior
+    if model.mood is not None:
+        signals = model.signals
+        rewards = None if signals is None else (signals.names, signals.reward)
+        return *chains, model.mood, rewards
     if model.signals is None:
-        return model.play, model.rest, model.prior, model.like
-    signals = replace(model.signals, fractions=None)
-    return model.play, model.rest, model.prior, signals
+        return *chains, model.like
+    return *chains, replace(model.signals, fractions=None)
 
 
 def description(model: ItemModel) -> tuple[object, ...]:
@@ -170,5 +175,6 @@ def _version(new: NewModel, version: int) -> ItemModel:
         source=new.source,
         created_at=datetime.now(UTC),
         catalogue=0,
-        signals=signals_of(new),
+        signals=signals_of(new, model),
+        mood=new.mood,
     )

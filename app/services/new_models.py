@@ -4,12 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from app.domain import ItemSignals
+from app.domain import ItemMood, ItemSignals
 from app.errors import Fault, UnusableModel
-from app.services.catalogue import observed
-from policies import InvalidModel, Model
+from app.services.catalogue import mood_rule
+from policies import InvalidModel, Model, Mood, Signals
 
-BESIDE_SIGNALS = ("observe", "reward", "fractions")
+BY_MOOD = ("like", "observe", "shares")
+MOST_CHANCES = 2**20  # of a signal and a move, by mood
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,37 +28,82 @@ class NewModel:
     observe: Sequence[Sequence[float]] | None = None
     reward: Sequence[float] | None = None
     fractions: Mapping[str, float] | None = None
+    mood: ItemMood | None = None
 
 
 def check(new: NewModel) -> Model:
-    """Refuse what makes no pair of Markov chains, or no signals."""
-    signals = observed(signals_of(new))
+    """Refuse what makes no pair of Markov chains, no signals, or no mood."""
+    _check_given(new)
+    mood = None if new.mood is None else _mood(new, new.mood)
+    signals = None
+    if new.signals is not None:
+        told = new.observe if new.mood is None else new.mood.observe
+        signals = Signals(new.signals, told or (), new.reward or ())
+    like = new.like if new.mood is None else new.mood.like
+    shares = None if new.mood is None else new.mood.shares
+    chains = (new.states, new.play, new.rest, like, new.prior, signals)
     try:
-        model = Model(new.states, new.play, new.rest, new.like, new.prior, signals)
+        model = Model(*chains, mood=mood, shares=shares)
     except InvalidModel as error:
         field = error.field.replace("[", ".").replace("]", "")
+        if new.mood is not None and field.startswith(BY_MOOD):
+            field = f"mood.{field}"
         message = str(error).removeprefix(f"{error.field}: ")
-        raise UnusableModel(f"{error}.", Fault(field, message)) from error
+        raise _unusable(field, message) from error
     if new.fractions is not None:
         _check_shares(model.signals, new.fractions)
     return model
 
 
-def signals_of(new: NewModel) -> ItemSignals | None:
-    """The signals that a model names, with all that they need."""
-    if new.signals is None:
-        for field in BESIDE_SIGNALS:
-            if getattr(new, field) is not None:
-                raise _unusable(field, "goes with signals, and there are none")
-        if new.like is None:
-            raise _unusable("like", "is needed, or else signals, observe and reward")
+def signals_of(new: NewModel, model: Model) -> ItemSignals | None:
+    """The signals that a model names, in its mean mood if it has one."""
+    if new.signals is None or new.reward is None:
         return None
-    if new.like is not None:
-        raise _unusable("like", "is what signals, observe and reward imply: leave it")
-    if new.observe is None or new.reward is None:
-        missing = "observe" if new.observe is None else "reward"
-        raise _unusable(missing, "is needed beside signals")
-    return ItemSignals(new.signals, new.observe, new.reward, new.fractions)
+    observe = model.observe.tolist() if new.observe is None else new.observe
+    return ItemSignals(new.signals, observe, new.reward, new.fractions)
+
+
+def _check_given(new: NewModel) -> None:
+    """Refuse a model that is not given by its likes or else by its signals, once."""
+    mood, where = new.mood, "" if new.mood is None else "mood."
+    if mood is not None:
+        for field in ("like", "observe"):
+            if getattr(new, field) is not None:
+                raise _unusable(field, "is given by mood: leave it")
+    like, observe = (
+        (new.like, new.observe) if mood is None else (mood.like, mood.observe)
+    )
+    told = {f"{where}observe": observe, "reward": new.reward}
+    if new.signals is None:
+        _check_likes(f"{where}like", like, told | {"fractions": new.fractions})
+        return
+    if like is not None:
+        implied = f"is what signals, {where}observe and reward imply: leave it"
+        raise _unusable(f"{where}like", implied)
+    for field, value in told.items():
+        if value is None:
+            raise _unusable(field, "is needed beside signals")
+
+
+def _check_likes(field: str, like: object, beside: Mapping[str, object]) -> None:
+    for other, value in beside.items():
+        if value is not None:
+            raise _unusable(other, "goes with signals, and there are none")
+    if like is None:
+        observe = next(iter(beside))
+        raise _unusable(field, f"is needed, or else signals, {observe} and reward")
+
+
+def _mood(new: NewModel, mood: ItemMood) -> Mood:
+    try:
+        rule = mood_rule(mood.rule)
+    except ValueError as error:
+        field, _, message = str(error).partition(": ")
+        raise _unusable(f"mood.{field}", message) from error
+    signals = 2 if new.signals is None else len(new.signals)
+    if rule.classes * signals * len(new.states) ** 2 > MOST_CHANCES:
+        raise _unusable("mood", f"has too many classes, {rule.classes}, for its model")
+    return rule
 
 
 def _check_shares(signals: Sequence[str], fractions: Mapping[str, float]) -> None:

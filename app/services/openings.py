@@ -12,6 +12,7 @@ from app.services.catalogue import Catalogue, mathematical
 from app.services.items import NewItem
 from app.services.lines import LineFile
 from app.services.live import Live
+from app.services.mood_rules import common
 from app.services.new_models import NewModel
 from app.storage import revision
 from app.storage.store import Store
@@ -30,6 +31,11 @@ class Opening:
 
     models: Sequence[str]
     situation: Situation
+
+    @property
+    def is_moody(self) -> bool:
+        """Whether a model has a mood: then there is no bound."""
+        return self.situation.models.classes > 1
 
     @property
     def items(self) -> Sequence[int]:
@@ -57,6 +63,7 @@ def of_catalogue(catalogue: Catalogue) -> Opening:
 
 def of_models(models: Sequence[NewModel]) -> Opening:
     """One item of each model."""
+    common((model.id, model.mood) for model in models)
     return _of(
         [model.id for model in models],
         [new_models.check(model) for model in models],
@@ -65,6 +72,7 @@ def of_models(models: Sequence[NewModel]) -> Opening:
 
 def of_files(models: Sequence[NewModel], items: LineFile[NewItem]) -> Opening:
     """The active items of a file; models without any are left out."""
+    common((model.id, model.mood) for model in models)
     faults, seen = items.faults(), set[str]()
     counts = dict.fromkeys((model.id for model in models), 0)
     for line, item in items.entries(faults):

@@ -7,15 +7,15 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from app.domain import NO_ANSWER, Answer, Selection
-from app.services import beliefs, selections
+from app.domain import NO_ANSWER, Selection
+from app.services import moods, selections
 from app.services.catalogue import Shelf
 from app.services.live import Live
+from app.services.moods import Mood
 from app.services.standing import Standing
 from app.storage import users
+from app.storage.plays import ClosedPlay
 from app.storage.store import Store
-
-UNANSWERED = Answer(NO_ANSWER)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +28,14 @@ class Planned:
     pending: bool
 
 
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Plays in order. `mood`: that of the first, which lasts as none is answered."""
+
+    mood: Mood | None
+    plays: Sequence[Planned]
+
+
 def plan(
     store: Store,
     live: Live,
@@ -36,7 +44,7 @@ def plan(
     length: int,
     *,
     repeats: bool,
-) -> Sequence[Planned]:
+) -> Plan:
     """What the policy would play if no answer came; nothing is changed by asking.
 
     Without repeats no item is planned twice: the plan may end early.
@@ -46,29 +54,31 @@ def plan(
     pool = selections.pool(catalogue, selection)
     policy = live.policy(store, revision, catalogue)
     standing = Standing.of(store, catalogue, user, datetime.now(UTC))
+    mood = moods.described(catalogue.models, standing.felt())
     planned: list[Planned] = []
     waiting = () if user.pending is None else user.pending.waiting[:length]
     for play in waiting:
         slot = standing.take_place(play)
-        planned.append(_planned(standing, slot, play.item, pending=True))
+        shown = ClosedPlay(play.item, slot, NO_ANSWER, play.place, play.created_at)
+        planned.append(_planned(standing, shown, pending=True))
     standing.keep_time(revision.clock)
     if not repeats:
         pool = pool.without(np.array([play.item for play in waiting], np.int64))
     while len(planned) < length and not pool.is_empty:
         slot = standing.slot
         [decision] = standing.decide(policy, pool, _seed(user_id, slot))
-        planned.append(_planned(standing, slot, decision.serial, pending=False))
+        imagined = ClosedPlay(decision.serial, slot, NO_ANSWER, 0, standing.at)
+        planned.append(_planned(standing, imagined, pending=False))
         if not repeats:
             pool = pool.without(np.array([decision.serial]))
-    return planned
+    return Plan(mood, planned)
 
 
-def _planned(standing: Standing, slot: int, serial: int, *, pending: bool) -> Planned:
-    catalogue = standing.catalogue
-    belief, _ = beliefs.of_item(catalogue, standing.entries, slot, serial)
-    like = beliefs.expected(catalogue, serial, belief)
-    standing.learn(slot, serial, UNANSWERED)
-    return Planned(catalogue.shelf(serial), slot, like, pending)
+def _planned(standing: Standing, play: ClosedPlay, *, pending: bool) -> Planned:
+    shelf = standing.catalogue.shelf(play.item)
+    like = standing.expected(play.item, play.slot, play.created_at)
+    standing.take(play)
+    return Planned(shelf, play.slot, like, pending)
 
 
 def _seed(user_id: str, slot: int) -> int:

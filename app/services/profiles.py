@@ -6,9 +6,10 @@ from datetime import UTC, datetime
 
 from app.domain import Play, User
 from app.errors import UserNotFound
-from app.services import beliefs
+from app.services import beliefs, moods
 from app.services.catalogue import Shelf
 from app.services.live import Live
+from app.services.moods import Mood
 from app.services.standing import Standing
 from app.storage import audit, plays, revision, users
 from app.storage.plays import Position
@@ -34,9 +35,14 @@ class ItemBelief:
 
 @dataclass(frozen=True, slots=True)
 class Interest:
-    """A page of a user's beliefs. `next`: serial with which the next one starts."""
+    """A page of a user's beliefs.
+
+    mood: of the user's next play, None where no model has one
+    next: serial with which the next page starts
+    """
 
     slot: int
+    mood: Mood | None
     beliefs: Sequence[ItemBelief]
     next: int | None
 
@@ -58,7 +64,7 @@ def interest(
     shown = later[:limit].tolist()
     found = [_of_item(standing, serial) for serial in shown]
     more = int(later[limit]) if len(later) > limit else None
-    return Interest(standing.slot, found, more)
+    return Interest(standing.slot, _mood(standing), found, more)
 
 
 def interest_in(
@@ -68,7 +74,7 @@ def interest_in(
     standing = _standing(store, live, user_id)
     serials = [standing.catalogue.known_serial(item) for item in items]
     found = [_of_item(standing, serial) for serial in serials]
-    return Interest(standing.slot, found, None)
+    return Interest(standing.slot, _mood(standing), found, None)
 
 
 def history(
@@ -87,6 +93,7 @@ class Holding:
     """All that is held about a user."""
 
     user: User
+    mood: Mood | None
     beliefs: Sequence[ItemBelief]
     plays: Sequence[tuple[Play, Shelf]]
 
@@ -102,7 +109,8 @@ def export(store: Store, live: Live, user_id: str) -> Holding:
     waiting = () if pending is None else pending.waiting
     closed = plays.every(store, user_id, before=standing.user.slot)
     log = [*reversed(list(closed)), *waiting]
-    return Holding(standing.user, held, [(play, shelf(play.item)) for play in log])
+    shown = [(play, shelf(play.item)) for play in log]
+    return Holding(standing.user, _mood(standing), held, shown)
 
 
 def erase(store: Store, user_id: str, by: str) -> None:
@@ -122,6 +130,10 @@ def _standing(store: Store, live: Live, user_id: str) -> Standing:
     return standing
 
 
+def _mood(standing: Standing) -> Mood | None:
+    return moods.described(standing.catalogue.models, standing.felt())
+
+
 def _of_item(standing: Standing, serial: int) -> ItemBelief:
     catalogue = standing.catalogue
     belief, rested = beliefs.of_item(catalogue, standing.entries, standing.slot, serial)
@@ -131,6 +143,6 @@ def _of_item(standing: Standing, serial: int) -> ItemBelief:
         model=model.id,
         states=model.states,
         belief=belief[: len(model.states)].tolist(),
-        like=beliefs.expected(catalogue, serial, belief),
+        like=standing.expected(serial, standing.slot),
         rested=rested,
     )

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 
 from app.domain import ItemModel, Publication, Revision
 from app.errors import NoPublication
-from app.services import index_coverage, index_tables, models
+from app.services import index_coverage, index_tables, models, mood_rules
 from app.services.candidates import Candidate
 from app.services.catalogue import Catalogue
 from app.services.changes import Change
@@ -72,7 +72,8 @@ def publish(
     moves = _moves(catalogue, candidate.items)
     if not changed and not moves:
         raise GateClosed("It is in force already.")
-    moved = bool(moves) or any(each.moved for each in outcomes)
+    moved = mood_rules.check(store, known, changed)
+    moved = moved or bool(moves) or any(each.moved for each in outcomes)
     tables = _tables(store, known, changed, judged)
     number = revision.advance_catalogue(store, known, new_epoch=moved)
     index_tables.insert(store, tables, number)
@@ -112,6 +113,7 @@ def take_back(store: Store, live: Live, note: str, by: str) -> TakenBack:
         for serial, model in items.moved_in(store, last.catalogue)
     ]
     undone = _undone(store, catalogue, last, moves)
+    mood_rules.check(store, known, undone.restored, undone.ended)
     discount = table_discount_in_force(store, known)
     tables = index_coverage.of_new(store, undone.restored, discount)
     number = revision.advance_catalogue(store, known, new_epoch=True)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from app.domain import Play, Revision
-from app.services import beliefs, decisions, index_tables, selections, slates
+from app.services import beliefs, decisions, index_tables, moods, selections, slates
 from app.services.catalogue import Catalogue, Shelf, stacked
 from app.services.decisions import Decision
 from app.services.live import Live
@@ -31,7 +31,8 @@ def replay(store: Store, live: Live, play: Play) -> Replay:
     entries = beliefs.rebuilt(catalogue, log, play.slot)
     now = beliefs.at(catalogue, entries, play.slot)
     pool = selections.pool(catalogue, play.selection)
-    candidates = decisions.candidates(catalogue, pool, now, policy.policy)
+    felt = moods.begun(catalogue, entries.felt, play.slot, play.created_at)
+    candidates = decisions.candidates(catalogue, pool, now, policy.policy, felt)
     together = [item for item, _ in plays.of_slate(store, play)]
     before = together[: play.place]
     decide = partial(

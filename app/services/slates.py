@@ -65,6 +65,8 @@ def _beside(candidates: Candidates, chosen: Ints, count: int) -> Candidates:
         fewer.left[held],
         whole.rested[held],
         Slate(count, whole.model[groups], whole.belief[groups]),
+        whole.mood,
+        whole.resumed,
     )
     return replace(
         fewer,

@@ -3,9 +3,10 @@
 import secrets
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import partial
+from operator import attrgetter
 from uuid import UUID
 
 from uuid_utils.compat import uuid7
@@ -21,14 +22,15 @@ from app.domain import (
     User,
     settled,
 )
-from app.services import beliefs, clocks, decisions, slates
+from app.services import beliefs, clocks, decisions, moods, slates
 from app.services.catalogue import Catalogue
 from app.services.decisions import Decision
 from app.services.live import InForce
 from app.services.offers import Offer
 from app.services.pool import Pool
 from app.storage import plays, users
-from app.storage.packing import Entries, pack
+from app.storage.packing import Entries, Felt, pack
+from app.storage.plays import ClosedPlay
 from app.storage.store import Store
 from policies import Answered
 
@@ -48,6 +50,7 @@ class Standing:
     at: datetime
     anchor: Anchor
     learned: bool = False
+    closed: list[ClosedPlay] = field(default_factory=list)
 
     @classmethod
     def of(
@@ -70,7 +73,7 @@ class Standing:
         """Note the answer of a pending play; tell in which slot it took place."""
         slot = self.take_place(play)
         plays.close(self.store, play, slot, answer, self.at)
-        return slot, self.learn(slot, play.item, answer)
+        return slot, self.learn(play, slot, answer)
 
     def take_place(self, play: Play) -> int:
         """Give a pending play its slot: that of its slate, if it is not too late."""
@@ -80,14 +83,32 @@ class Standing:
         self.pending = self.pending.without(play, slot)
         return slot
 
-    def learn(self, slot: int, serial: int, answer: Answer) -> Answered:
-        """Learn the answer to an item that was played in a slot, at the latest now."""
-        self.entries, learned = beliefs.after_play(
-            self.catalogue, self.entries, slot, serial, answer.signal
-        )
-        self.slot = max(self.slot, slot + 1)
+    def learn(self, play: Play, slot: int, answer: Answer) -> Answered:
+        """Learn the answer to a play that took place in a slot, at the latest now."""
+        item, signal = play.item, answer.signal
+        return self.take(ClosedPlay(item, slot, signal, play.place, play.created_at))
+
+    def take(self, play: ClosedPlay) -> Answered:
+        """Learn from a play that took place, or might."""
+        late = moods.comes_late(self.catalogue, self.entries.felt, play)
+        self.entries, learned = beliefs.after_play(self.catalogue, self.entries, play)
+        self.slot = max(self.slot, play.slot + 1)
         self.learned = True
+        self.closed.append(play)
+        if late:
+            self._rebuild()
         return learned
+
+    def felt(self, slot: int | None = None, at: datetime | None = None) -> Felt | None:
+        """The user's mood in a slot that begins at a moment; if none is given, now."""
+        slot = self.slot if slot is None else slot
+        return moods.begun(self.catalogue, self.entries.felt, slot, at or self.at)
+
+    def expected(self, serial: int, slot: int, at: datetime | None = None) -> float:
+        """The reward expected of an item in such a slot."""
+        belief, _ = beliefs.of_item(self.catalogue, self.entries, slot, serial)
+        mood = moods.class_of(self.catalogue.models, self.felt(slot, at))
+        return beliefs.expected(self.catalogue, serial, belief, mood)
 
     def choose(
         self, policy: InForce, pool: Pool, selection: Selection, count: int
@@ -110,7 +131,9 @@ class Standing:
     ) -> Sequence[Decision]:
         """Decide, aside from other requests if that takes long."""
         now = beliefs.at(self.catalogue, self.entries, self.slot)
-        candidates = decisions.candidates(self.catalogue, pool, now, policy.policy)
+        candidates = decisions.candidates(
+            self.catalogue, pool, now, policy.policy, self.felt()
+        )
         count = min(count, int(candidates.left.sum()))
         work = partial(slates.decide, candidates, policy, seed, count)
         if policy.policy.cost(candidates.situation) * count > INLINE:
@@ -156,9 +179,8 @@ class Standing:
         beside: in the slot of another play
         """
         slot = self.slot if beside is None else self._shared(beside.slot, serial)
-        belief, _ = beliefs.of_item(self.catalogue, self.entries, slot, serial)
-        like = beliefs.expected(self.catalogue, serial, belief)
         at = at or self.at
+        like = self.expected(serial, slot, at)
         play = replace(
             self._play(uuid7(), serial, slot, like),
             source=Source.REPORTED,
@@ -173,6 +195,14 @@ class Standing:
             play = replace(play, slate=beside.slate, place=beside.place + 1)
         plays.insert(self.store, play)
         return play
+
+    def _rebuild(self) -> None:
+        """Believe anew: an answer came late, and the mood of later plays is another."""
+        log = [*plays.closed(self.store, self.user.id), *self.closed]
+        log.sort(key=attrgetter("slot", "place"))
+        due = settled(self.slot, self.pending)
+        build = partial(beliefs.rebuilt, self.catalogue, log, due)
+        self.entries = self.store.aside(build)
 
     def _chosen(
         self, made: Sequence[Decision], policy: InForce, selection: Selection

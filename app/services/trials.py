@@ -71,6 +71,11 @@ class Setting:
         return Start.BELIEF if self.states is None else Start.STATE
 
     @property
+    def is_bounded(self) -> bool:
+        """Whether there is a bound: beliefs are right, and no mood joins the items."""
+        return self.states is None and not self.opening.is_moody
+
+    @property
     def listeners(self) -> Listeners:
         situation, clicks = self.opening.situation, self.score is Score.CLICKS
         if self.states is None:
@@ -116,7 +121,7 @@ class Trial:
     remainder: at most so much is earned on average after the last slot, and left out
     items:     by model, as play shares are
     bound:     what no policy exceeds on average, found at a price of rest; none where
-               users do not begin as is believed
+               users do not begin as is believed, or have moods
     """
 
     start: Start

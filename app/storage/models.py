@@ -6,7 +6,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from app.domain import ItemModel, ItemSignals
+from app.domain import ItemModel, ItemMood, ItemSignals, MoodRule
 from app.storage.records import columns
 from app.storage.store import Store
 from app.storage.tables import items, models
@@ -48,7 +48,8 @@ USERS = (
 
 def insert(store: Store, model: ItemModel) -> None:
     signals = None if model.signals is None else asdict(model.signals)
-    store.write(INSERT, columns(model) | {"signals": signals})
+    mood = None if model.mood is None else asdict(model.mood)
+    store.write(INSERT, columns(model) | {"signals": signals, "mood": mood})
 
 
 def latest(store: Store, model: str) -> ItemModel | None:
@@ -85,4 +86,7 @@ def _model(row: sa.Row[Any]) -> ItemModel:
     fields = dict(row._mapping)  # noqa: SLF001 - its public name in SQLAlchemy
     if fields["signals"] is not None:
         fields["signals"] = ItemSignals(**fields["signals"])
+    if fields["mood"] is not None:
+        rule = MoodRule(**fields["mood"]["rule"])
+        fields["mood"] = ItemMood(**fields["mood"] | {"rule": rule})
     return ItemModel(**fields)

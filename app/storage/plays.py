@@ -1,7 +1,6 @@
 """The log of plays: the truth from which every belief can be rebuilt."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, NamedTuple, TypeAlias
 from uuid import UUID
@@ -33,7 +32,13 @@ BY_KEY = sa.select(plays).where(
 )
 BY_ID = sa.select(plays).where(plays.c.id == sa.bindparam("play"))
 CLOSED_PLAYS = (
-    sa.select(plays.c.item, plays.c.closed, plays.c.signal)
+    sa.select(
+        plays.c.item,
+        plays.c.closed.label("slot"),
+        plays.c.signal,
+        plays.c.place,
+        plays.c.created_at,
+    )
     .where(plays.c.user_id == sa.bindparam("user"), plays.c.closed.is_not(None))
     .order_by(plays.c.closed, plays.c.place)
 )
@@ -117,13 +122,14 @@ SLOTS = (
 PENDING = sa.select(sa.func.count()).where(plays.c.closed.is_(None))
 
 
-@dataclass(frozen=True, slots=True)
-class ClosedPlay:
-    """As much of a closed play as moves a belief."""
+class ClosedPlay(NamedTuple):
+    """As much of a closed play as moves a belief, or a mood."""
 
     item: int
     slot: int
     signal: str
+    place: int
+    created_at: datetime
 
 
 class LogRow(NamedTuple):
@@ -177,7 +183,7 @@ def closed(store: Store, user: str, before: int | None = None) -> list[ClosedPla
         rows = store.rows(CLOSED_PLAYS, {"user": user})
     else:
         rows = store.rows(BEFORE_SLOT, {"user": user, "slot": before})
-    return [ClosedPlay(row.item, row.closed, row.signal) for row in rows]
+    return [ClosedPlay._make(row) for row in rows]
 
 
 def page(store: Store, user: str, before: Position, limit: int) -> Sequence[Play]:

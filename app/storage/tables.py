@@ -68,6 +68,7 @@ models = sa.Table(
     sa.Column("catalogue", sa.Integer, nullable=False),
     sa.Column("retired", sa.Boolean, nullable=False),
     sa.Column("signals", sa.JSON(none_as_null=True), nullable=True),
+    sa.Column("mood", sa.JSON(none_as_null=True), nullable=True),
     sa.Index(None, "catalogue"),
 )
 

@@ -13,7 +13,8 @@ LAST = Mood(answers=3, levels=())
 
 def moods(plays: Plays, mood: Mood = MOOD) -> Ints:
     """Return (P,): the class of the user's mood before each play."""
-    return mood.along(plays.first, plays.liked.astype(np.int64), plays.seconds)
+    liked = plays.liked.astype(np.int64)
+    return mood.along(plays.first, liked, plays.seconds, plays.slots)
 
 
 def rested(plays: Plays) -> Bools:

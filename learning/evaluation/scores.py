@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from learning.evaluation.bootstrap import interval, resampled
+from learning.bootstrap import interval, resampled
 from learning.evaluation.forecaster import Forecaster
 from learning.evaluation.metrics import auc, losses, squares
 from learning.evaluation.reliability import Reliability, by_count, by_width
@@ -15,6 +15,9 @@ from learning.plays import NONE, Bools, Plays
 from policies import Floats, Ints
 
 Interval = tuple[float, float]
+
+RESAMPLES = 2000
+SEED = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,6 +123,7 @@ def evaluate(
     scored = ~train & (plays.liked != NONE)
     if repeats:
         scored &= plays.repeated
+    _check_any(scored)
     chances = {
         name: forecaster(plays, train) for name, forecaster in forecasters.items()
     }
@@ -142,15 +146,15 @@ def compare(
     Raises:
         ValueError: no play counts, or a forecast is no chance.
     """
-    if not scored.any():
-        raise ValueError("plays: hold none to score after those that train")
+    _check_any(scored)
     held = plays.of(scored)
     users, user, counts = np.unique(held.user, return_inverse=True, return_counts=True)
     counted = {name: _counted(name, given, scored) for name, given in chances.items()}
     sums = np.empty((len(users), len(counted)))
     for f, chance in enumerate(counted.values()):
         sums[:, f] = np.bincount(user, losses(chance, held.liked))
-    drawn, mean = resampled(sums, counts), sums.sum(axis=0) / counts.sum()
+    drawn = resampled(sums, counts[:, None], RESAMPLES, SEED)
+    mean = sums.sum(axis=0) / counts.sum()
     scores = [
         Score(
             name,
@@ -167,6 +171,11 @@ def compare(
         for f, (name, chance) in enumerate(counted.items())
     ]
     return [plays.users[u] for u in users], counts, scores
+
+
+def _check_any(scored: Bools) -> None:
+    if not scored.any():
+        raise ValueError("plays: hold none to score after those that train")
 
 
 def _counted(name: str, given: Floats, scored: Bools) -> Floats:

@@ -6,12 +6,22 @@ import numpy as np
 
 from learning.off_policy.catalogue import Catalogue
 from learning.plays import NONE, Bools
-from policies import REMEMBERED, Floats, Ints, answered, rested, returned, untouched
+from policies import (
+    NEUTRAL,
+    REMEMBERED,
+    Floats,
+    Ints,
+    MoodState,
+    answered,
+    rested,
+    returned,
+    untouched,
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Beliefs:
-    """A user's played arms, with their beliefs in one slot.
+    """A user's played arms, with their beliefs in one slot, and the user's mood.
 
     Attributes:
         arm: (K,) ascending.
@@ -19,6 +29,8 @@ class Beliefs:
         belief: (K, S).
         returned: (K,) whether interest has returned to that of an arm never played.
         fresh: (M, S) the belief of an arm never played, by model.
+        mood: of the user, where models have one.
+        resumed: whether the slot comes after a pause that makes a mood of its own.
     """
 
     arm: Ints
@@ -26,6 +38,8 @@ class Beliefs:
     belief: Floats
     returned: Bools
     fresh: Floats
+    mood: MoodState
+    resumed: bool
 
     @property
     def forgotten(self) -> Bools:
@@ -54,9 +68,16 @@ class Listener:
         self._arms = arms
         self._slot = np.full(len(arms), NONE)  # from which a belief is; NONE: untouched
         self._belief = np.empty((len(arms), catalogue.models.prior.shape[1]))
+        self._mood = NEUTRAL
 
-    def beliefs(self, slot: int) -> Beliefs:
-        """Return what is believed in a slot, not before that of the last play."""
+    def beliefs(self, slot: int, waited_s: float | None = None) -> Beliefs:
+        """Return what is believed in a slot, not before that of the last play.
+
+        Args:
+            slot: where the user is.
+            waited_s: seconds since the last slot began; None: there was none, or nobody
+                knows.
+        """
         played = np.flatnonzero(self._slot != NONE)
         models, model = self._catalogue.models, self._catalogue.model
         arm = self._arms[played]
@@ -64,7 +85,8 @@ class Listener:
         belief = rested(models, model[arm], self._belief[played], passed)
         fresh = untouched(models, slot)
         back = returned(belief, fresh[model[arm]])
-        return Beliefs(arm, passed, belief, back, fresh)
+        resumed = models.resumed(waited_s)
+        return Beliefs(arm, passed, belief, back, fresh, self._mood, resumed)
 
     def take(self, beliefs: Beliefs, slot: int, arm: int, answer: int) -> None:
         """Learn from the answer to a play in a slot, given what was believed in it."""
@@ -72,6 +94,9 @@ class Listener:
         signal = NONE if answer == NONE else int(self._catalogue.signal[model, answer])
         before = beliefs.of(arm, model)
         row = int(np.searchsorted(self._arms, arm))
-        after = answered(self._catalogue.models, model, before, signal)
+        models = self._catalogue.models
+        mood = models.mood_class(beliefs.mood, beliefs.resumed)
+        after = answered(models, model, before, signal, mood)
+        self._mood = models.mood_after(self._mood, models.liked(model, signal))
         self._belief[row] = after.belief
         self._slot[row] = slot + 1

@@ -65,6 +65,8 @@ def candidates(
         np.concatenate((np.ones(len(arm), dtype=np.int64), count[groups])),
         np.concatenate((beliefs.rested[own], np.full(len(groups), NEVER))),
         _slate(catalogue, beliefs, chosen, plays),
+        beliefs.mood,
+        beliefs.resumed,
     )
     return Candidates(situation, arm)
 

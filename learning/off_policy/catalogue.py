@@ -76,13 +76,13 @@ def learned(
     An arm follows its likeliest type, as an item does in the service.
 
     Raises:
-        ValueError: the models have moods or rest by the clock, which no policy plans
-            with.
+        ValueError: the models rest by the clock, which no policy plans with.
     """
-    if fitted.recipe.mood is not None or fitted.recipe.in_time:
-        raise ValueError("fitted: no policy plans with moods, or with rests in time")
+    if fitted.recipe.in_time:
+        raise ValueError("fitted: no policy plans with rests in time")
     models = {
-        str(k): _model(chain, plays) for k, chain in enumerate(fitted.types.chains)
+        str(k): _model(chain, fitted, plays)
+        for k, chain in enumerate(fitted.types.chains)
     }
     kinds = zip(plays.arms, fitted.types.of_arms.tolist(), strict=True)
     return catalogue(plays, models, {arm: str(kind) for arm, kind in kinds}, offered)
@@ -95,12 +95,16 @@ def _numbers(name: str, model: Model, signals: Sequence[str]) -> Sequence[int]:
     return [model.signals.index(signal) for signal in signals]
 
 
-def _model(chain: Chain, plays: Plays) -> Model:
+def _model(chain: Chain, fitted: Fitted, plays: Plays) -> Model:
+    mood = fitted.recipe.mood
+    observe = chain.observe[0] if mood is None else chain.observe
     return Model(
         [str(state) for state in range(len(chain.prior))],
         chain.play,
         chain.rest,
         None,
         chain.prior,
-        Signals(plays.signals, chain.observe[0], plays.reward),
+        Signals(plays.signals, observe, plays.reward),
+        mood=mood,
+        shares=None if mood is None else fitted.shares,
     )

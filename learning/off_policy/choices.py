@@ -93,7 +93,9 @@ def choices(
     """
     judge = _Judge(catalogue, ready(policy, catalogue.models), policy.rest_matters)
     chosen = ~np.isnan(_propensity(plays))
-    log = _Log(plays.first, plays.arm, plays.slot, plays.answer, chosen, seed)
+    log = _Log(
+        plays.first, plays.arm, plays.slot, _seconds(plays), plays.answer, chosen, seed
+    )
     parts = spread(partial(_of_user, judge, log), range(len(plays.users)))
     told = np.concatenate([np.empty((0, 4)), *parts])
     worth = np.append(plays.reward, np.nan)  # NONE, -1, is its last
@@ -113,10 +115,16 @@ def _propensity(plays: Plays) -> Floats:
     return np.full(len(plays), np.nan) if known is None else known
 
 
+def _seconds(plays: Plays) -> Floats:
+    """Return when plays began; without times, all at once: nobody paused."""
+    return np.zeros(len(plays)) if plays.seconds is None else plays.seconds
+
+
 class _Log(NamedTuple):
     first: Ints
     arm: Ints
     slot: Ints
+    seconds: Floats
     answer: Answers
     chosen: Bools
     seed: int
@@ -136,13 +144,14 @@ class _Judge(NamedTuple):
         )
         situation, model = found.situation, int(self.catalogue.model[arm])
         chance = chances(self.scorer(situation, seed), situation.count)
-        like = expected_like(situation.models, situation.model, situation.belief)
+        mood = situation.mood_class
+        like = expected_like(situation.models, situation.model, situation.belief, mood)
         row, own = np.array([model]), beliefs.of(arm, model)[None]
         could = bool(self.catalogue.offered[arm]) and arm not in before
         return (
             float(chance[found.group(arm, model)]) if could else 0.0,
             float(situation.count.sum()),
-            float(expected_like(situation.models, row, own)[0]),
+            float(expected_like(situation.models, row, own, mood)[0]),
             float(chance * situation.count @ like),
         )
 
@@ -152,13 +161,17 @@ def _of_user(judge: _Judge, log: _Log, user: int) -> Floats:
     own = slice(log.first[user], log.first[user + 1])
     arms, answers = log.arm[own].tolist(), log.answer[own].tolist()
     slots, chosen = log.slot[own].tolist(), log.chosen[own].tolist()
+    seconds = log.seconds[own].tolist()
     draws = np.random.default_rng((log.seed, user))
     seeds = draws.integers(0, 2**53, len(arms)).tolist()
     listener = Listener(judge.catalogue, np.unique(log.arm[own]))
     told: list[Sequence[float]] = []
+    begun: float | None = None
     for slot, group in groupby(range(len(arms)), key=slots.__getitem__):
         rows = list(group)
-        beliefs, together = listener.beliefs(slot), [arms[row] for row in rows]
+        waited = None if begun is None else seconds[rows[0]] - begun
+        beliefs, begun = listener.beliefs(slot, waited), seconds[rows[0]]
+        together = [arms[row] for row in rows]
         for place, row in enumerate(rows):
             if chosen[row]:
                 before = together[:place]

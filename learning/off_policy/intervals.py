@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from learning import bootstrap
 from learning.off_policy.estimators import Ratio
 from policies import Floats, Ints
-
-LEVEL = 0.95
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,19 +51,13 @@ def resampled(ratios: Sequence[Ratio], user: Ints, draws: int, seed: int) -> Res
         seed: of them.
     """
     _, row = np.unique(user, return_inverse=True)
-    sums = np.stack([np.bincount(row, part) for ratio in ratios for part in ratio])
-    rng, users = np.random.default_rng(seed), sums.shape[1]
-    drawn = np.empty((draws, len(sums)))
-    for draw in drawn:
-        draw[:] = sums @ np.bincount(rng.integers(0, users, users), minlength=users)
-    return Resampled(_ratios(sums.sum(axis=1)), _ratios(drawn))
-
-
-def _ratios(sums: Floats) -> Floats:
-    found: Floats = sums[..., ::2] / sums[..., 1::2]
-    return found
+    top, bottom = (
+        np.stack([np.bincount(row, part) for part in parts], axis=1)
+        for parts in zip(*ratios, strict=True)
+    )
+    mean: Floats = top.sum(axis=0) / bottom.sum(axis=0)
+    return Resampled(mean, bootstrap.resampled(top, bottom, draws, seed))
 
 
 def _estimate(mean: float, drawn: Floats) -> Estimate:
-    low, high = np.quantile(drawn, ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
-    return Estimate(float(mean), float(low), float(high))
+    return Estimate(float(mean), *bootstrap.interval(drawn))

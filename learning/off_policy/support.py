@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from learning.bootstrap import mean_and_error
 from learning.off_policy.cannot import CannotAnswer, Reason
 from learning.off_policy.choices import Choices
 from policies import Floats, Ints
@@ -76,10 +77,8 @@ def effective(weights: Floats) -> float:
 
 def _error(values: Floats, user: Ints) -> float:
     """Return the standard error of a mean; what is of one user belongs together."""
-    _, row = np.unique(user, return_inverse=True)
-    sums = np.bincount(row, values - values.mean())
-    squares = sums @ sums * len(sums) / (len(sums) - 1)
-    return float(np.sqrt(squares) / len(values))
+    _, row, counts = np.unique(user, return_inverse=True, return_counts=True)
+    return mean_and_error(np.bincount(row, values), counts)[1]
 
 
 def check(found: Support, least: float) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import replace
 from datetime import timedelta
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import pytest
@@ -25,6 +25,17 @@ from tests.app.service import Service
 from tests.catalogues import SERIES, SIMPLE
 
 T = TypeVar("T")
+
+MOODY: dict[str, Any] = {
+    **{name: SIMPLE[name] for name in ("states", "play", "rest", "prior")},
+    "mood": {
+        "answers": 1,
+        "memory": None,
+        "levels": [],
+        "pause_s": None,
+        "like": [[0.2, 0.8]] * 3,
+    },
+}
 
 PACKED = sa.select(beliefs.c.packed).where(beliefs.c.user_id == "ann")
 SET_PACKED = beliefs.update().where(beliefs.c.user_id == "ann")
@@ -65,6 +76,27 @@ def test_corrupt_beliefs_are_found_and_mended(
     assert clean.findings == []
     rebuild(listened)
     assert [one.findings for one in audit(listened)] == [[], []]
+    assert listened.beliefs("ann") == sound
+
+
+def test_a_corrupt_mood_is_found_and_mended(listened: Service) -> None:
+    listened.put_model("moody", MOODY)
+    rebuild(listened)
+    sound = listened.beliefs("ann")
+
+    def damaged(packed: bytes) -> bytes:
+        kept = unpack(packed, 4)
+        assert kept.felt is not None
+        return pack(replace(kept, felt=replace(kept.felt, tendency=0.123)))
+
+    corrupt(listened, damaged)
+
+    [found, clean] = audit(listened)
+
+    assert "mood" in found.findings[0].problem
+    assert clean.findings == []
+    rebuild(listened)
+    assert audit(listened)[0].findings == []
     assert listened.beliefs("ann") == sound
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from distributed import LocalCluster
 
 from app.cli import build
 from learning.chain import Chain
@@ -107,7 +108,7 @@ def test_it_learns_from_the_plays_of_a_service(
 ) -> None:
     service.put_model("pop", SIMPLE)
     for item in ("a", "b", "c"):
-        service.put_item(item, "pop")
+        service.put_item(item, "pop", title=f"Song {item}")
     expected = []
     for user in ("ann", "bob"):
         for place in range(6):
@@ -127,6 +128,8 @@ def test_it_learns_from_the_plays_of_a_service(
     assert said.json["users"] == 2
     [model] = lines(tmp_path / "models.ndjson")
     assert model["like"] == sorted(model["like"])
+    titles = [item["title"] for item in lines(tmp_path / "items.ndjson")]
+    assert titles == ["Song a", "Song b", "Song c"]
 
 
 def test_models_that_are_answered_otherwise_are_not_learned_together(
@@ -154,6 +157,10 @@ def test_models_that_are_answered_otherwise_are_not_learned_together(
         (("FILE",), "unit"),
         (("FILE", "--unit", "seconds", "--like", "mood"), "mood"),
         (("missing.csv",), "missing.csv"),
+        (("FILE", "--states", "many"), "--states many: give a number"),
+        (("FILE", "--states", "2-9"), "must be from 2 to 8"),
+        (("FILE", "--types", "3-2"), "must be from 1 to 32"),
+        (("FILE", "--unit", "seconds", "--items", "none.csv"), "none.csv"),
     ],
 )
 def test_what_cannot_be_read_is_told(
@@ -173,10 +180,104 @@ def test_rests_by_the_clock_need_times(encore: Encore, tmp_path: Path) -> None:
     file = tmp_path / "plays.csv"
     file.write_text("user,item,order,like\na,x,1,1\na,x,2,0\n")
 
-    said = encore("fit", file, "--clock", "--out", tmp_path / "out")
+    words = ("fit", file, "--out", tmp_path / "out")
+
+    said, short = encore(*words, "--clock", "--states", 2), encore(*words, "--steps", 2)
 
     assert said.status == 1
     assert "need the time of each play" in said.err
+    assert short.status == 0
+
+
+def test_states_and_types_are_chosen_on_plays_that_were_not_learned_from(
+    encore: Encore, log: Path, tmp_path: Path
+) -> None:
+    choice = ("--states", "2-3", "--types", "1,2", "--starts", 1, "--steps", 30)
+
+    said = encore("fit", log, "--unit", "seconds", "--out", tmp_path, *choice)
+
+    assert said.status == 0, said.err
+    told = json.loads((tmp_path / "report.json").read_text())
+    tried = [(each["states"], each["types"]) for each in told["selection"]["tried"]]
+    assert tried == [(2, 1), (3, 1), (told["states"], 2)]
+    assert (told["states"], told["types"]) in tried
+    assert told["selection"]["plays"] == pytest.approx(0.3 * told["learned"])
+    assert [line.split()[-1] for line in said.out.splitlines()[1:4]].count(
+        "chosen"
+    ) == 1
+    assert "plays, the last of each user, that were not learned from" in said.out
+
+
+def test_new_items_take_after_those_of_their_tag(
+    encore: Encore, tmp_path: Path
+) -> None:
+    """Items 0, 2 and 4 tire; the others are steady and disliked."""
+    still = Chain(
+        np.eye(2),
+        np.eye(2),
+        TRUE.observe * [[[1], [0]]] + [[[0, 0], [0.9, 0.1]]],
+        TRUE.prior,
+    )
+    plays = sampled([TRUE, still], np.random.default_rng(2), 60, 60, 6)
+    rows = zip(plays.user, plays.arm, plays.answer, strict=True)
+    file, items = tmp_path / "plays.csv", tmp_path / "items.ndjson"
+    told = [f"u{u},i{a},{n},{y}" for n, (u, a, y) in enumerate(rows)]
+    file.write_text("\n".join(["user,item,seq,like", *told]))
+    known = [
+        {"id": f"i{n}", "tags": [("odd" if n % 2 else "even"), "any"]} for n in range(6)
+    ]
+    new = [
+        {"id": "x", "model": "none", "tags": ["even"], "title": "X"},
+        {"id": "y", "tags": ["any", "odd"], "payload": {"url": "/y"}, "active": False},
+        {"id": "z"},
+    ]
+    items.write_text("\n".join(map(json.dumps, [*known, *new])))
+
+    said = encore(
+        *("fit", file, "--items", items, "--out", tmp_path / "out"),
+        *(*QUICK, "--types", 2, "--json"),
+    )
+
+    assert said.status == 0, said.err
+    written = lines(tmp_path / "out" / "items.ndjson")
+    model = {item["id"]: item["model"] for item in written}
+    assert model["x"] == model["i0"] == model["i2"] == model["i4"]
+    assert model["y"] == model["i1"] == model["i3"] == model["i5"] != model["x"]
+    assert written[6] == {
+        "id": "x",
+        "model": model["x"],
+        "title": "X",
+        "tags": ["even"],
+    }
+    assert written[7]["active"] is False
+    assert written[7]["payload"] == {"url": "/y"}
+    reasons = said.json["items_by_reason"]
+    assert reasons == {"by_plays": 6, "by_tag": 2, "by_neither": 1}
+
+
+def test_a_cluster_learns_the_same(encore: Encore, log: Path, tmp_path: Path) -> None:
+    words = ("fit", log, "--unit", "seconds", *QUICK, "--types", 2)
+
+    alone = encore(*words, "--out", tmp_path / "alone")
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=":0"
+    ) as machines:
+        where = ("--scheduler", machines.scheduler_address)
+        beside = encore(*words, "--out", tmp_path / "beside", *where)
+
+    assert (alone.status, beside.status) == (0, 0), beside.err
+    for name in ("models.ndjson", "items.ndjson"):
+        kept = [(tmp_path / place / name).read_text() for place in ("alone", "beside")]
+        assert kept[0] == kept[1]
+
+
+def test_a_cluster_that_is_not_there_is_told(
+    encore: Encore, log: Path, tmp_path: Path
+) -> None:
+    said = encore("fit", log, "--scheduler", "nowhere", "--out", tmp_path)
+
+    assert said.status == 1
+    assert "The cluster of nowhere does not work: missing port" in said.err
 
 
 def test_the_command_is_listed() -> None:

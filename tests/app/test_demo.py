@@ -269,6 +269,7 @@ def model(
         observe=[[1 - chance, chance] for chance in like],
         reward=[0, 1],
         fractions=None,
+        mood=None,
         created_at=datetime.now(UTC),
         warnings=[],
     )

@@ -1,12 +1,27 @@
 """Beliefs as bytes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from app.storage.packing import Entries, UnknownFormat, pack, unpack
+from app.storage.packing import Entries, Felt, UnknownFormat, pack, unpack
+
+COUNTS = st.integers(0, 2**62)
+ANSWERS = st.tuples(st.integers(0, 2**30), st.integers(0, 1))
+FELT = st.builds(
+    Felt,
+    slot=st.integers(-1, 2**40),
+    began=st.integers(-(2**62), 2**62),
+    recent=COUNTS,
+    told=COUNTS,
+    tendency=st.floats(0, 1),
+    resumed=st.booleans(),
+    answers=st.lists(ANSWERS, max_size=4).map(tuple),
+)
 
 
 @st.composite
@@ -15,7 +30,8 @@ def entries(draw: st.DrawFn) -> Entries:
     states = draw(st.integers(2, 6))
     chances = arrays(np.float64, (len(serials), states), elements=st.floats(0, 1))
     slots = arrays(np.int64, len(serials), elements=st.integers(0, 2**40))
-    return Entries(np.array(serials, np.int64), draw(slots), draw(chances))
+    found = Entries(np.array(serials, np.int64), draw(slots), draw(chances))
+    return replace(found, felt=draw(st.none() | FELT))
 
 
 @given(entries())
@@ -26,6 +42,7 @@ def test_what_is_packed_is_unpacked_to_the_bit(kept: Entries) -> None:
     assert np.array_equal(found.slot, kept.slot)
     assert np.array_equal(found.belief, kept.belief)
     assert found.belief.flags.writeable
+    assert found.felt == kept.felt
 
 
 @given(entries(), st.integers(1, 3))

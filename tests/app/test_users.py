@@ -190,6 +190,7 @@ def test_all_that_is_held_can_be_exported_and_erased(example: Service) -> None:
     assert example.beliefs("ann") == {
         "user": "ann",
         "slot": 0,
+        "mood": None,
         "beliefs": [],
         "next": None,
     }

@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from learning.evaluation.bootstrap import interval, resampled
 from learning.evaluation.metrics import auc, losses, squares
 from learning.evaluation.reliability import Reliability, by_count, by_width
 from learning.plays import Answers
@@ -102,27 +101,3 @@ def assert_bins(
     assert_allclose(found.forecast, forecast)
     assert_allclose(found.liked, liked)
     assert_array_equal(found.plays, plays)
-
-
-def test_users_are_drawn_with_all_their_plays() -> None:
-    sums, plays = np.array([[2.0, 4.0], [30.0, 30.0]]), np.array([2, 10])
-
-    drawn = resampled(sums, plays)
-
-    possible = {(1.0, 2.0), (3.0, 3.0), (32 / 12, 34 / 12)}
-    assert {tuple(row) for row in drawn.tolist()} == possible
-    both = np.isclose(drawn[:, 0], 32 / 12).mean()
-    assert both == pytest.approx(0.5, abs=0.05)
-    assert_array_equal(drawn, resampled(sums, plays))
-
-
-def test_an_interval_covers_what_it_should() -> None:
-    rng = np.random.default_rng(2)
-    covered = 0
-    for _ in range(300):
-        plays = rng.integers(1, 40, size=200)
-        means = rng.normal(0.5, 0.1, size=200)
-        low, high = interval(resampled((plays * means)[:, None], plays, 300)[:, 0])
-        covered += low < 0.5 < high
-
-    assert covered / 300 == pytest.approx(0.94, abs=0.04)

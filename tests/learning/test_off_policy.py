@@ -31,7 +31,18 @@ from learning.off_policy.report import Answer, Refusal
 from policies import Floats, Model, Policy, create
 from policies.mood import Mood
 from tests.learning import worlds
-from tests.learning.worlds import ARMS, MODEL_OF, TRUE, WRONG, Rule, World
+from tests.learning.worlds import (
+    ARMS,
+    MODEL,
+    MODEL_OF,
+    TRUE,
+    WRONG,
+    Rule,
+    World,
+    stacked,
+)
+from tests.policies.instances import moody
+from tests.policies.oracles import Feeling
 
 MYOPIC = create("myopic", {})
 SLOTS = 8
@@ -462,9 +473,63 @@ def test_models_that_were_learned_can_be_asked() -> None:
     told = evaluate(plays, learned(plays, fitted), MYOPIC)
 
     assert answer(told, "dr").effective > 100
-    for recipe in (Recipe(mood=Mood()), Recipe(in_time=True)):
-        with pytest.raises(ValueError, match="fitted"):
-            learned(plays, replace(fitted, recipe=recipe))
+    with pytest.raises(ValueError, match="fitted"):
+        learned(plays, replace(fitted, recipe=Recipe(in_time=True)))
+
+
+def moved(beliefs: Floats, models: Sequence[Model], name: str) -> Floats:
+    """Move the belief in each arm on by a slot."""
+    after: Floats = np.einsum("as,ast->at", beliefs, stacked(models, name))
+    return after
+
+
+def test_choices_are_judged_in_the_mood_of_their_slot() -> None:
+    """In a slot of two plays, too; and a user is in a mood for himself."""
+    rng = np.random.default_rng(5)
+    slots = np.array([0, 1, 2, 2, 5, 6, 7, 8, 8, 9])
+    answers = np.array([1, 0, 1, 1, NONE, 1, 0, 0, 1, 1])
+    gaps = np.array([0, 10, 90, 0, 10, 70, 10, 10, 0, 10])
+    plays = Plays(
+        np.repeat([0, 1], 10),
+        np.tile([0, 1, 2, 3, 0, 4, 4, 1, 3, 2], 2),
+        np.concatenate((answers, answers)).astype(np.int8),
+        np.tile(gaps.cumsum().astype(np.float64), 2),
+        np.full(20, 0.2),
+        ("ann", "bob"),
+        ARMS,
+        slots=np.tile(slots, 2),
+    )
+    mood = Mood(answers=1, memory=2.0, levels=(0.5,), pause_s=60.0)
+    models = [moody(model, mood, rng) for model in TRUE]
+
+    found = choices(plays, catalogue_of(plays, models), MYOPIC)
+
+    beliefs, told = stacked(models, "prior"), list[int]()
+    for slot in range(10):
+        after = moved(beliefs, models, "rest")
+        feeling = Feeling(tuple(told), bool(gaps[slots == slot].max(initial=0) > 60))
+        like = stacked(models, "like_in")[:, feeling.of(mood)]
+        for p in np.flatnonzero(slots == slot):
+            arm, answered = plays.arm[p], answers[p]
+            assert found.expected[p] == pytest.approx(beliefs[arm] @ like[arm])
+            belief, model = beliefs[arm], models[MODEL[arm]]
+            if answered != NONE:
+                belief = belief * feeling.observe(model)[:, answered]
+                told.append(int(answered))
+            after[arm] = belief @ model.play / belief.sum()
+        beliefs = after
+    assert (found.expected[10:] == found.expected[:10]).all()
+
+
+def test_learned_models_keep_their_moods() -> None:
+    plays = uniform_log()
+    mood = Mood(answers=1, levels=())
+    recipe = Recipe(states=2, mood=mood, effort=Effort(starts=1, steps=5))
+
+    known = learned(plays, fit(plays, recipe))
+
+    assert known.models.classes == mood.classes
+    assert answer(evaluate(plays, known, MYOPIC), "dr").effective > 100
 
 
 def test_a_catalogue_has_to_fit_its_log() -> None:

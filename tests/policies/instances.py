@@ -8,15 +8,20 @@ from hypothesis import strategies as st
 from hypothesis.strategies import DrawFn
 
 from policies import (
+    NEUTRAL,
     NEVER,
     Floats,
+    Ints,
     Model,
     ModelSet,
+    Mood,
+    MoodState,
     Signals,
     Situation,
     Slate,
     Tables,
     build,
+    mood_of,
 )
 from simulation.examples import example
 
@@ -32,6 +37,8 @@ class Instance:
     rested: tuple[int, ...] = ()
     plays: int = 1
     chosen: tuple[tuple[int, Floats], ...] = ()
+    answers: tuple[int, ...] = ()
+    resumed: bool = False
 
     def model(self, group: int) -> Model:
         return self.models[self.rows[group]]
@@ -54,12 +61,27 @@ class Instance:
                 np.array([row for row, _ in self.chosen], dtype=np.int64),
                 padded([belief for _, belief in self.chosen], width),
             ),
+            mood=self.mood,
+            resumed=self.resumed,
         )
+
+    @property
+    def mood(self) -> MoodState:
+        """What the answers so far have led to."""
+        mood, state = mood_of(self.models), NEUTRAL
+        for answer in self.answers if mood else ():
+            state = mood.after(state, answer)  # type: ignore[union-attr]
+        return state
 
 
 def padded(beliefs: Sequence[Floats], width: int) -> Floats:
     rows = [np.pad(belief, (0, width - len(belief))) for belief in beliefs]
     return np.array(rows).reshape(len(rows), width)
+
+
+def arrays_of(models: ModelSet) -> dict[str, Floats | Ints]:
+    found = models._asdict()
+    return {name: array for name, array in found.items() if name != "classes"}
 
 
 def situation(
@@ -203,4 +225,66 @@ def slates(
             (row, rng.dirichlet(np.ones(len(instance.models[row].states))))
             for row in chosen
         ),
+    )
+
+
+MOODS = st.builds(
+    Mood,
+    answers=st.integers(0, 2),
+    memory=st.sampled_from([None, 1.0, 3.0]),
+    levels=st.sampled_from([(), (0.5,), (0.3, 0.6)]),
+    pause_s=st.sampled_from([None, 1800.0]),
+)
+
+
+def moody(model: Model, mood: Mood, rng: np.random.Generator) -> Model:
+    """Return the model with other chances in each mood, each met by its share."""
+    states, signals = model.observe.shape
+    return Model(
+        model.states,
+        model.play,
+        model.rest,
+        None,
+        model.prior,
+        Signals(
+            model.signals,
+            rng.dirichlet(np.ones(signals), (mood.classes, states)),
+            model.reward,
+        ),
+        mood=mood,
+        shares=rng.dirichlet(np.ones(mood.classes)),
+    )
+
+
+def even_tempered(model: Model, mood: Mood | None) -> Model:
+    """Return a model of likes and skips with a mood that changes nothing, or none.
+
+    In either case its rows are normalised once more.
+    """
+    return Model(
+        model.states,
+        model.play,
+        model.rest,
+        np.tile(model.like, (mood.classes, 1)) if mood else model.like,
+        model.prior,
+        samples=[even_tempered(sample, mood) for sample in model.samples],
+        mood=mood,
+    )
+
+
+@st.composite
+def moods(draw: DrawFn, without: st.SearchStrategy[Instance]) -> Instance:
+    """Instances whose models have a mood, but perhaps the last one, in any mood."""
+    instance, mood = draw(without), draw(MOODS)
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    kept = len(instance.models) - draw(st.integers(0, 1))
+    models = [
+        moody(model, mood, rng) if m < max(kept, 1) else model
+        for m, model in enumerate(instance.models)
+    ]
+    return replace(
+        instance,
+        models=tuple(models),
+        answers=tuple(draw(st.lists(st.integers(0, 1), max_size=5))),
+        resumed=mood.pause_s is not None and draw(st.booleans()),
     )

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from policies import NONE, Floats, Model
+from policies import LIKED, NONE, Floats, Model, Mood
 from policies.randomness import ANSWERS, ITEMS, uniform
 from policies.rollout import Rollout
 from tests.policies.instances import Instance
@@ -28,13 +28,14 @@ class Slot:
 
     played: bool
     signal: int
+    mood: int = 0
 
 
 def emission(model: Model, state: int, slot: Slot) -> float:
     """Return the chance of the signal in a hidden state."""
     if not slot.played or slot.signal == NONE:
         return 1.0
-    return float(model.observe[state, slot.signal])
+    return float(model.observe_in[slot.mood, state, slot.signal])
 
 
 def enumerated_belief(model: Model, slots: Sequence[Slot]) -> Floats:
@@ -47,6 +48,48 @@ def enumerated_belief(model: Model, slots: Sequence[Slot]) -> Floats:
             weight *= emission(model, path[t], slot) * moves[path[t], path[t + 1]]
         weights[path[-1]] += weight
     return normalised(weights)
+
+
+@dataclass(frozen=True)
+class Feeling:
+    """What a mood follows from: all answers so far, 1 a like, the last one last.
+
+    resumed: whether the next play comes after a pause
+    """
+
+    answers: tuple[int, ...] = ()
+    resumed: bool = False
+
+    def of(self, mood: Mood) -> int:
+        """Number the moods: by the last answers, the tendency, and the pause."""
+        last = self.answers[len(self.answers) - min(mood.answers, len(self.answers)) :]
+        strings: list[tuple[int, ...]] = []
+        for length in range(mood.answers + 1):
+            strings.extend(product((0, 1), repeat=length))
+        level = sum(self.tendency(mood) >= level for level in mood.levels)
+        number = strings.index(last) * (len(mood.levels) + 1) + level
+        return number if mood.pause_s is None else 2 * number + self.resumed
+
+    def tendency(self, mood: Mood) -> float:
+        tendency = 0.5
+        for n, answer in enumerate(self.answers):
+            step = 1 / (n + 2)
+            if mood.memory is not None:
+                step = max(step, 1 / mood.memory)
+            tendency += step * (answer - tendency)
+        return tendency
+
+    def after(self, answer: int) -> "Feeling":
+        return Feeling((*self.answers, answer))
+
+    def observe(self, model: Model) -> Floats:
+        """Return the chances of a model's signals, by state, in this mood."""
+        number = 0 if model.mood is None else self.of(model.mood)
+        chances: Floats = model.observe_in[number]
+        return chances
+
+
+CALM = Feeling()
 
 
 @dataclass(frozen=True)
@@ -69,15 +112,21 @@ class Item:
 
     @property
     def chance(self) -> float:
+        """In the mean mood."""
         return float(self.belief @ self.model.like)
 
-    @property
-    def chances(self) -> Floats:
+    def chances(self, feeling: Feeling) -> Floats:
         """Of the signals."""
-        return self.belief @ self.model.observe
+        return self.belief @ feeling.observe(self.model)
 
-    def answered(self, signal: int, turn: int) -> "Item":
-        told = normalised(self.belief * self.model.observe[:, signal])
+    def reward(self, feeling: Feeling) -> float:
+        return float(self.chances(feeling) @ self.model.reward)
+
+    def lift(self, feeling: Feeling) -> float:
+        return self.reward(feeling) - self.chance if self.model.mood else 0.0
+
+    def answered(self, signal: int, turn: int, feeling: Feeling) -> "Item":
+        told = normalised(self.belief * feeling.observe(self.model)[:, signal])
         return replace(
             self,
             belief=told @ self.model.play,
@@ -94,7 +143,7 @@ class Item:
         return replace(self, belief=belief, rested=self.rested + 1)
 
 
-Rule: TypeAlias = Callable[[Item], float]
+Rule: TypeAlias = Callable[[Item, Feeling], float]
 
 
 @dataclass(frozen=True)
@@ -105,6 +154,7 @@ class World:
     plays: int
     slot: int = 0
     turn: int = 1
+    feeling: Feeling = CALM
 
     @property
     def free(self) -> list[int]:
@@ -113,16 +163,25 @@ class World:
 
     def after(self, number: int, signal: int) -> "World":
         items = list(self.items)
-        items[number] = items[number].answered(signal, self.turn)
+        items[number] = items[number].answered(signal, self.turn, self.feeling)
+        liked = int(items[number].model.reward[signal] >= LIKED)
+        feeling = self.feeling.after(liked)
         if sum(item.gone for item in items) < self.plays:
-            return World(tuple(items), self.plays, self.slot, self.turn + 1)
+            return World(tuple(items), self.plays, self.slot, self.turn + 1, feeling)
         moved = tuple(item.in_the_next_slot for item in items)
-        return World(moved, self.plays, self.slot + 1, self.turn + 1)
+        return World(moved, self.plays, self.slot + 1, self.turn + 1, feeling)
+
+    def reward(self, number: int) -> float:
+        return self.items[number].reward(self.feeling)
+
+    def chances(self, number: int) -> Floats:
+        """Of the signals of an item."""
+        return self.items[number].chances(self.feeling)
 
     def best(self, rule: Rule) -> int:
         """Pick by a rule; ties: lowest kind, then untouched, then touched first."""
         keys = {
-            number: (-rule(item), item.kind, item.touched)
+            number: (-rule(item, self.feeling), item.kind, item.touched)
             for number, item in enumerate(self.items)
             if not item.gone
         }
@@ -145,7 +204,8 @@ def world_of(instance: Instance, *, by_rest: bool = False) -> World:
     for row, belief in instance.chosen:
         model = instance.models[row]
         items.append(Item(-1, row, model, belief @ model.play, 0, gone=True))
-    return World(tuple(items), min(instance.plays, len(items)))
+    feeling = Feeling(instance.answers, instance.resumed)
+    return World(tuple(items), min(instance.plays, len(items)), feeling=feeling)
 
 
 def kinds(instance: Instance, *, by_rest: bool) -> list[int]:
@@ -174,9 +234,9 @@ def ever(item: Item, discount: float) -> float:
 def plain_rule(base: str, discount: float) -> Rule:
     """Return the score by which a base plays that needs no tables."""
     return {
-        "myopic": lambda item: item.chance,
-        "best_fixed": lambda item: ever(item, discount),
-        "round_robin": lambda item: float(item.rested),
+        "myopic": lambda item, feeling: item.chance + item.lift(feeling),
+        "best_fixed": lambda item, _feeling: ever(item, discount),
+        "round_robin": lambda item, _feeling: float(item.rested),
     }[base]
 
 
@@ -229,10 +289,9 @@ def played(
     plan: Plan, world: World, number: int, future: Callable[[World], float]
 ) -> float:
     """Return the reward of a play, and the mean future over its answers."""
-    item = world.items[number]
-    return plan.discount**world.slot * item.chance + sum(
+    return plan.discount**world.slot * world.reward(number) + sum(
         float(chance) * future(world.after(number, signal))
-        for signal, chance in enumerate(item.chances)
+        for signal, chance in enumerate(world.chances(number))
         if chance > 0
     )
 
@@ -261,7 +320,7 @@ class Trials:
         world = self.world
         first = first_items(self.instance)[self.candidates.index(candidate)]
         futures = [self.future(world, first, t, candidate) for t in range(trajectories)]
-        return world.items[first].chance + sum(futures) / trajectories
+        return world.reward(first) + sum(futures) / trajectories
 
     def future(self, world: World, first: int, t: int, candidate: int) -> float:
         """Return the rewards that count beside the first one, in either reading."""
@@ -274,13 +333,13 @@ class Trials:
                 number = world.free[int(drawn * len(world.free))]
             elif h > 0 and self.rule is not None:
                 number = world.best(self.rule)
-            item = world.items[number]
-            signal = drawn_signal(item, uniform(self.seed, ANSWERS, t, start + h))
+            draw = uniform(self.seed, ANSWERS, t, start + h)
+            signal = drawn_signal(world.chances(number), draw)
             worth = policy.discount**world.slot
             if policy.reward == "expected":
-                worth *= item.chance
+                worth *= world.reward(number)
             else:
-                worth *= float(item.model.reward[signal])
+                worth *= float(world.items[number].model.reward[signal])
             if policy.reading == "literal":
                 total += policy.discount * worth
             elif h > 0:
@@ -289,10 +348,10 @@ class Trials:
         return total
 
 
-def drawn_signal(item: Item, draw: float) -> int:
+def drawn_signal(chances: Floats, draw: float) -> int:
     """Draw a signal: the lowest numbers give the last one."""
-    for signal in range(len(item.chances) - 1, 0, -1):
-        if draw < item.chances[signal:].sum():
+    for signal in range(len(chances) - 1, 0, -1):
+        if draw < chances[signal:].sum():
             return signal
     return 0
 

@@ -4,7 +4,7 @@ Where that is kept in tables, it is looked up in them: so what is tested with it
 but the tables.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -33,7 +33,7 @@ from tests.policies.oracles import (
 )
 
 
-def memoised(rule: Rule) -> Rule:
+def memoised(rule: Callable[[Item], float]) -> Callable[[Item], float]:
     """Look up only once what many futures share."""
     known: dict[tuple[int, bytes], float] = {}
 
@@ -86,10 +86,11 @@ class Rules:
         if base not in LOOKED_UP:
             return plain_rule(base, self.discount)
         if base == "whittle" and self.tables.indexable:
-            return self._looked_up(
-                index.tabled(self.tables.whittle, self.models.like.shape[1])
-            )
-        return self._looked_up(priced_advantage(self.relaxation, self.price))
+            whittle = index.tabled(self.tables.whittle, self.models.like.shape[1])
+            return self._by_mood(self._looked_up(whittle))
+        return self._by_mood(
+            self._looked_up(priced_advantage(self.relaxation, self.price))
+        )
 
     def plan(self, bases: Sequence[str], horizon: int, depth: int, leaf: str) -> Plan:
         """Return the exact rollout of these names."""
@@ -115,7 +116,10 @@ class Rules:
         paid = self.price * resting / (1 - self.discount)
         return sum(value(item) for item in world.items) - paid
 
-    def _looked_up(self, function: Index) -> Rule:
+    def _by_mood(self, value: Callable[[Item], float]) -> Rule:
+        return lambda item, feeling: value(item) + item.lift(feeling)
+
+    def _looked_up(self, function: Index) -> Callable[[Item], float]:
         @memoised
         def value(item: Item) -> float:
             belief = padded([item.belief], self.models.like.shape[1])

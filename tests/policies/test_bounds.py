@@ -19,7 +19,7 @@ from tests.policies.instances import (
     situation,
     slates,
 )
-from tests.policies.oracles import Plan, exact_scores
+from tests.policies.oracles import CALM, Plan, exact_scores
 from tests.policies.rules import Rules
 
 OPTIMUM = {2: 8.986321013638, 3: 12.963117368826}
@@ -124,7 +124,7 @@ def test_playing_one_item_for_ever_earns_no_more_than_the_bound(
     worth = worth_for_ever(alone.situation, discount)
 
     ever = rules.rule("best_fixed")
-    assert_allclose(worth, [ever(item) for item in rules.firsts], atol=1e-12)
+    assert_allclose(worth, [ever(item, CALM) for item in rules.firsts], atol=1e-12)
     assert worth.max() <= bound(alone.situation, discount, 0, 300).value + 1e-9
 
 

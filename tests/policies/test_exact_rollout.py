@@ -30,6 +30,7 @@ from tests.policies.instances import (
     NOT_INDEXABLE,
     Instance,
     instances,
+    moods,
     paper_instance,
     paper_situation,
     random_model,
@@ -39,7 +40,7 @@ from tests.policies.instances import (
     slates,
     telling_model,
 )
-from tests.policies.oracles import exact_scores
+from tests.policies.oracles import CALM, exact_scores
 from tests.policies.rules import Rules
 
 MYOPIC = ExactRollout(base="myopic", leaf="none")
@@ -86,6 +87,25 @@ def test_scores_are_sums_over_all_answers(
     scores = score(policy, instance.situation, prune=False)
 
     assert_allclose(scores, expected(policy, instance, NO_TABLES), rtol=0, atol=1e-12)
+
+
+@settings(deadline=None, max_examples=60)
+@given(
+    rollouts((*PLAIN, *TABLED[:2]), LEAVES), moods(slates(most=3, signals=(1, 2, 3)))
+)
+def test_scores_are_sums_over_all_answers_in_the_moods_they_lead_to(
+    policy: ExactRollout, instance: Instance
+) -> None:
+    case = instance.situation
+    tables = rough_tables(case.models, policy.discount)
+
+    scores = score(policy, case, tables, prune=False)
+    pruned = score(policy, case, tables, prune=True)
+
+    exact = expected(policy, instance, tables)
+    assert_allclose(scores, exact, rtol=0, atol=1e-11)
+    assert_allclose(pruned.max(), max(exact), rtol=0, atol=1e-11)
+    assert (pruned >= scores - 1e-11).all()
 
 
 @settings(deadline=None, max_examples=40)
@@ -287,7 +307,7 @@ def test_rollout_earns_no_less_than_the_best_fixed_item(instance: Instance) -> N
 
     rules = Rules(instance, NO_TABLES, 0.95)
     leaf = rules.rule("best_fixed")
-    worth = max(leaf(item) for item in rules.firsts)
+    worth = max(leaf(item, CALM) for item in rules.firsts)
     assert fixed.max() >= worth - 1e-12
     assert longer.max() >= fixed.max() - 1e-12
 

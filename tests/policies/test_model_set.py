@@ -2,7 +2,7 @@ import numpy as np
 from numpy.testing import assert_allclose, assert_array_equal
 
 from policies import ModelSet
-from tests.policies.instances import random_models, telling_model
+from tests.policies.instances import arrays_of, random_models, telling_model
 
 
 def test_smaller_models_are_padded_with_states_nobody_is_in() -> None:
@@ -56,7 +56,7 @@ def test_padding_changes_no_bit_of_the_powers() -> None:
 
 
 def test_all_arrays_are_plain() -> None:
-    for array in ModelSet.of(random_models(4, [2, 3])):
+    for array in arrays_of(ModelSet.of(random_models(4, [2, 3]))).values():
         assert array.flags.carray
         assert array.dtype in (np.float64, np.int64)
 

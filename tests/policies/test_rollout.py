@@ -22,6 +22,7 @@ from policies import (
 from policies.rollout import Rollout
 from tests.policies.instances import (
     Instance,
+    moods,
     paper_instance,
     paper_situation,
     random_models,
@@ -86,6 +87,18 @@ def exact(
 @settings(deadline=None, max_examples=120)
 @given(rollouts(PLAIN), slates(signals=(1, 2, 3)), SEEDS)
 def test_scores_are_those_of_separate_trajectories_of_separate_items(
+    policy: Rollout, instance: Instance, seed: int
+) -> None:
+    expected = naive_rollout(trials(policy, instance, seed))
+
+    scores = score(policy, instance.situation, seed)
+
+    assert_allclose(scores, expected, rtol=0, atol=1e-12)
+
+
+@settings(deadline=None, max_examples=60)
+@given(rollouts(PLAIN), moods(slates(signals=(1, 2, 3))), SEEDS)
+def test_trajectories_lead_through_moods(
     policy: Rollout, instance: Instance, seed: int
 ) -> None:
     expected = naive_rollout(trials(policy, instance, seed))

@@ -26,7 +26,12 @@ from policies import (
     untouched,
 )
 from policies.samples import conditioned
-from tests.policies.instances import random_models, situation, uncertain
+from tests.policies.instances import (
+    arrays_of,
+    random_models,
+    situation,
+    uncertain,
+)
 
 SLOTS = st.lists(st.sampled_from([LIKE, SKIP, NONE, None]), max_size=8)
 
@@ -106,10 +111,9 @@ def test_separated_samples_are_models_of_their_own() -> None:
     models = ModelSet.of([certain, first, second])
     apart = [certain, *first.samples, *second.samples]
 
-    for name, got, expected in zip(
-        ModelSet._fields, models.separated(), ModelSet.of(apart), strict=True
-    ):
-        assert_allclose(got, expected, rtol=0, atol=1e-15, err_msg=name)
+    expected = arrays_of(ModelSet.of(apart))
+    for name, got in arrays_of(models.separated()).items():
+        assert_allclose(got, expected[name], rtol=0, atol=1e-15, err_msg=name)
         assert got.flags.carray
     sure = ModelSet.of([certain])
     assert sure.separated() is sure
@@ -119,10 +123,10 @@ def test_a_draw_takes_the_same_sample_of_every_model() -> None:
     certain, first, second = *random_models(3, [2]), uncertain(4, 2), uncertain(5, 3)
     models = ModelSet.of([certain, first, second])
 
-    third = ModelSet.of([certain, first.samples[0], second.samples[2]])
+    third = arrays_of(ModelSet.of([certain, first.samples[0], second.samples[2]]))
 
-    for got, expected in zip(models.drawn(2), third, strict=True):
-        assert_allclose(got, expected, rtol=0, atol=1e-15)
+    for name, got in arrays_of(models.drawn(2)).items():
+        assert_allclose(got, third[name], rtol=0, atol=1e-15)
 
 
 @settings(deadline=None, max_examples=30)

@@ -9,8 +9,10 @@ from numba.core.dispatcher import Dispatcher
 import policies
 from policies import (
     LIKE,
+    NONE,
     POLICIES,
     ModelSet,
+    Mood,
     answered,
     bound,
     choose,
@@ -25,7 +27,7 @@ from policies import (
     warm_up,
     worth_for_ever,
 )
-from tests.policies.instances import random_models, situation, uncertain
+from tests.policies.instances import moody, random_models, situation, uncertain
 
 
 def kernels() -> Iterator[tuple[str, int]]:
@@ -67,6 +69,18 @@ def test_after_warming_up_nothing_is_compiled() -> None:
             answered(
                 models, int(case.model[choice.group]), case.belief[choice.group], 0
             )
+
+    mood = Mood(levels=(0.5,))
+    rng = np.random.default_rng(1)
+    models = ModelSet.of([moody(each, mood, rng) for each in random_models(1, [2, 4])])
+    case = situation(models, [0, 1], models.prior, [1, 2])
+    for name in POLICIES:
+        choose(ready(create(name, {}), models, 60)(case, 1), case.count, 1)
+    replayed(models, 0, *(np.array([1]) for _ in range(3)))
+    forecast(models, 0, models.prior[0], 3, 1)
+    liked = np.array([LIKE, 0, NONE])
+    _, state = models.mood_course(liked, np.arange(3), liked > 0)
+    assert models.mood_class(models.mood_after(state, 0), resumed=True) > 0
 
     models = ModelSet.of([uncertain(1, 2)])
     case = situation(models, [0], models.prior, [1])

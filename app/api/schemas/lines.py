@@ -43,6 +43,12 @@ class ItemLine(ItemForm):
     active: Annotated[bool, Field(strict=True)] = True
 
 
+class CatalogueLine(ItemLine):
+    """An item whose model is to be found; that which it names does not matter."""
+
+    model: Id = "unknown"
+
+
 class ModelLine(ModelForm):
     """An item model."""
 
@@ -90,6 +96,11 @@ class ImportResult(Form):
 
 def read_item(record: Record) -> NewItem:
     line = _form(ItemLine, record)
+    return replace(line.item(line.id), active=line.active)
+
+
+def read_described(record: Record) -> NewItem:
+    line = _form(CatalogueLine, record)
     return replace(line.item(line.id), active=line.active)
 
 
@@ -168,6 +179,7 @@ ITEMS = Layout(
         "active": _truth,
     },
 )
+CATALOGUE = Layout(read_described, ITEMS.columns)
 MODELS = Layout(read_model, {})
 POLICIES = Layout(read_policy, {})
 HISTORY = Layout(

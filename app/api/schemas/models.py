@@ -9,11 +9,13 @@ from pydantic import AfterValidator, ConfigDict, Field, JsonValue, StringConstra
 
 from app.api.schemas.fields import WORDS, Chance, Form, Note, SignalName, storable
 from app.api.schemas.pages import NextCursor
-from app.domain import ItemModel, ItemSignals
+from app.domain import ItemModel, ItemMood, ItemSignals, MoodRule
 from app.services.new_models import NewModel
 
 MOST_STATES = 64
 MOST_SIGNALS = 32
+MOST_ANSWERS = 4
+MOST_LEVELS = 16
 NAME = re.compile(WORDS)
 
 
@@ -36,16 +38,22 @@ Vector = Annotated[list[Probability], Field(min_length=2, max_length=MOST_STATES
 Matrix = Annotated[list[Vector], Field(min_length=2, max_length=MOST_STATES)]
 BySignal = Annotated[list[Probability], Field(min_length=1, max_length=MOST_SIGNALS)]
 OWN = ("signals", "observe", "reward")
+GIVEN = (
+    (("like",), (*OWN, "fractions", "mood")),
+    (OWN, ("like", "mood")),
+    (("mood",), ("like", *OWN, "fractions")),
+    (("mood", "signals", "reward"), ("like", "observe")),
+)
 LIKE_OR_SIGNALS: list[JsonValue] = [
     {
-        "title": given[0],
+        "title": " and ".join(given),
         "required": [*given],
         "properties": {
             **{name: {"not": {"type": "null"}} for name in given},
             **{name: {"type": "null"} for name in left},
         },
     }
-    for given, left in ((("like",), (*OWN, "fractions")), (OWN, ("like",)))
+    for given, left in GIVEN
 ]
 CHAINS: dict[str, JsonValue] = {
     "states": ["low", "high"],
@@ -62,14 +70,84 @@ EXAMPLES: list[JsonValue] = [
         "reward": [0, 0.4, 1],
         "fractions": {"skip": 0, "partial": 0.2, "complete": 0.9},
     },
+    {
+        **CHAINS,
+        "mood": {
+            "answers": 1,
+            "memory": None,
+            "levels": [],
+            "pause_s": None,
+            "like": [[0.2, 0.9], [0.1, 0.7], [0.4, 0.95]],
+        },
+    },
 ]
+
+
+class MoodForm(Form):
+    """How the user's last answers, to any items, make a mood; and what it changes.
+
+    Without signals `like` is needed, else `observe`.
+    """
+
+    answers: Annotated[
+        int,
+        Field(
+            strict=True,
+            ge=0,
+            le=MOST_ANSWERS,
+            description="of the last answers, how many are told apart",
+        ),
+    ]
+    memory: Annotated[
+        float | None,
+        Field(
+            strict=True,
+            allow_inf_nan=False,
+            ge=1,
+            description="answers that the tendency goes back over; null: all, alike",
+        ),
+    ]
+    levels: Annotated[
+        list[Annotated[float, Field(strict=True, gt=0, lt=1)]],
+        Field(
+            max_length=MOST_LEVELS,
+            description="bounds between classes of the tendency, ascending",
+        ),
+    ]
+    pause_s: Annotated[
+        float | None,
+        Field(
+            strict=True,
+            allow_inf_nan=False,
+            gt=0,
+            description="seconds after which a play has a mood of its own; null: none",
+        ),
+    ]
+    like: Annotated[
+        list[Vector] | None,
+        Field(min_length=1, description="chance of a like, by mood and state"),
+    ] = None
+    observe: Annotated[
+        list[Annotated[list[BySignal], Field(min_length=2, max_length=MOST_STATES)]]
+        | None,
+        Field(min_length=1, description="chance of each signal, by mood and state"),
+    ] = None
+    shares: Annotated[
+        list[Probability] | None,
+        Field(min_length=1, description="how often each mood is met; null: all alike"),
+    ] = None
+
+    def mood(self) -> ItemMood:
+        rule = MoodRule(self.answers, self.memory, self.levels, self.pause_s)
+        return ItemMood(rule, self.like, self.observe, self.shares)
 
 
 class ModelForm(Form):
     """How interest in an item moves, state to state, and how it is answered.
 
     A play tells a skip or a like, then `like` is needed; or it tells one of the
-    `signals` that the model names, then `observe` and `reward` are needed.
+    `signals` that the model names, then `observe` and `reward` are needed. Where the
+    answer also depends on the user's `mood`, that gives `like` or `observe`.
     """
 
     model_config = ConfigDict(
@@ -122,6 +200,11 @@ class ModelForm(Form):
         ),
     ] = None
 
+    mood: Annotated[
+        MoodForm | None,
+        Field(description="one and the same for all models that have one"),
+    ] = None
+
     def model(self, model_id: str) -> NewModel:
         return NewModel(
             model_id,
@@ -135,11 +218,48 @@ class ModelForm(Form):
             self.observe,
             self.reward,
             self.fractions,
+            None if self.mood is None else self.mood.mood(),
+        )
+
+
+class ModelMoodView(Form):
+    """How the user's last answers make a mood, and what it makes of a model."""
+
+    answers: int
+    memory: float | None
+    levels: Sequence[float]
+    pause_s: float | None
+    classes: Annotated[int, Field(description="how many moods there are")]
+    like: Annotated[
+        Sequence[Sequence[float]] | None,
+        Field(description="chance of a like, by mood and state; null: see observe"),
+    ]
+    observe: Annotated[
+        Sequence[Sequence[Sequence[float]]] | None,
+        Field(description="chance of each signal, by mood and state; null: see like"),
+    ]
+    shares: Annotated[
+        Sequence[float] | None,
+        Field(description="how often each mood is met; null: all alike"),
+    ]
+
+    @classmethod
+    def of(cls, mood: ItemMood) -> Self:
+        rule = mood.rule
+        return cls(
+            answers=rule.answers,
+            memory=rule.memory,
+            levels=rule.levels,
+            pause_s=rule.pause_s,
+            classes=len(mood.like or mood.observe or ()),
+            like=mood.like,
+            observe=mood.observe,
+            shares=mood.shares,
         )
 
 
 class ModelView(Form):
-    """One version of a model."""
+    """One version of a model; of one with a mood, `like` and `observe` are means."""
 
     id: str
     version: int
@@ -167,6 +287,10 @@ class ModelView(Form):
         Mapping[str, float] | None,
         Field(description="least share played that means a signal; null: not given"),
     ]
+    mood: Annotated[
+        ModelMoodView | None,
+        Field(description="null: it is answered alike in all moods"),
+    ]
     created_at: datetime
     warnings: Annotated[
         Sequence[str], Field(description="allowed, but looks like a mistake")
@@ -189,6 +313,7 @@ class ModelView(Form):
             observe=signals.observe,
             reward=signals.reward,
             fractions=signals.fractions,
+            mood=None if model.mood is None else ModelMoodView.of(model.mood),
             created_at=model.created_at,
             warnings=warnings,
         )

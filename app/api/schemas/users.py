@@ -10,6 +10,7 @@ from app.api.schemas.listening import FeedbackForm
 from app.api.schemas.pages import NextCursor
 from app.api.schemas.plays import PlayView
 from app.services.forecasts import Forecast
+from app.services.moods import Mood
 from app.services.playlists import Planned
 from app.services.profiles import Holding
 
@@ -33,9 +34,25 @@ class BeliefView(Form):
     ]
 
 
+class MoodView(Form):
+    """The mood of a user's next play: a class of the last answers, to any items."""
+
+    number: Annotated[int, Field(description="of the class, in the model's order")]
+    last: Annotated[
+        Sequence[str], Field(description="the last answers, the latest last")
+    ]
+    tendency: Annotated[float, Field(description="share of likes, of late")]
+    paused: Annotated[bool, Field(description="whether the play follows a pause")]
+
+
+def mood_view(mood: Mood | None) -> MoodView | None:
+    return None if mood is None else MoodView.model_validate(mood)
+
+
 class BeliefPage(Form):
     user: str
     slot: int
+    mood: Annotated[MoodView | None, Field(description="null: no model has a mood")]
     beliefs: list[BeliefView]
     next: NextCursor
 
@@ -65,6 +82,9 @@ class PlannedPlay(Form):
 
 class Playlist(Form):
     user: str
+    mood: Annotated[
+        MoodView | None, Field(description="in which it begins; no answer changes it")
+    ]
     plays: list[PlannedPlay]
 
 
@@ -85,6 +105,9 @@ class ForecastView(Form):
     back_in: Annotated[
         int | None, Field(description="slots until then; null: not in this forecast")
     ]
+    mood: Annotated[
+        MoodView | None, Field(description="of the user now, which is taken to last")
+    ]
     slot_s: Annotated[
         float | None,
         Field(description="seconds of a slot, null: slots pass by plays alone"),
@@ -101,6 +124,7 @@ class ForecastView(Form):
             like=forecast.now,
             threshold=forecast.threshold,
             back_in=forecast.back_in,
+            mood=mood_view(forecast.mood),
             slot_s=forecast.slot_s,
             forecast=[
                 ForecastPoint(rested=slots, like=like)
@@ -114,6 +138,7 @@ class UserExport(Form):
 
     user: str
     slot: int
+    mood: MoodView | None
     beliefs: list[BeliefView]
     plays: list[PlayView]
 
@@ -122,6 +147,7 @@ class UserExport(Form):
         return cls(
             user=held.user.id,
             slot=held.user.slot,
+            mood=mood_view(held.mood),
             beliefs=[BeliefView.model_validate(belief) for belief in held.beliefs],
             plays=[PlayView.of(play, shelf) for play, shelf in held.plays],
         )
