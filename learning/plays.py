@@ -85,6 +85,29 @@ class Plays:
             slots=self.slot[rows],
         )
 
+    def by_clock(self, slot_s: float) -> "Plays":
+        """Return the plays in slots that follow a clock, from each user's first play.
+
+        A slot lasts so many seconds, or until the next play. Plays that shared a slot
+        still do.
+
+        Raises:
+            ValueError: the log knows no times.
+        """
+        if self.seconds is None:
+            raise ValueError("slots by the clock need the time of each play")
+        first, slot = self.first[:-1], self.slot
+        fresh = np.ones(len(self), dtype=np.int64)
+        fresh[1:] = slot[1:] != slot[:-1]
+        fresh[first[first < len(self)]] = 1
+        count = np.cumsum(fresh)
+        begun = np.maximum.accumulate(np.where(fresh, np.arange(len(self)), 0))
+        since = self.seconds[begun] - self.seconds[first[self.user]]
+        ahead = np.floor(since / slot_s).astype(np.int64) - count
+        apart = self.user * (int(np.ptp(ahead)) + 1)  # no user's slots push another's
+        slots = np.maximum.accumulate(ahead + apart) - apart + count
+        return replace(self, slots=slots - slots[first[self.user]])
+
     def earliest(self, share: float) -> Bools:
         """Return (P,): whether a play is among the first share of its user's.
 

@@ -26,6 +26,7 @@ class Candidate:
 
     made_at: when they were learned
     until:   they were learned from plays before that alone; None: nobody knows
+    slot_s:  seconds of a slot, of models that rest by the clock
     digest:  of both files
     """
 
@@ -33,6 +34,7 @@ class Candidate:
     items: Mapping[str, str]
     made_at: datetime
     until: datetime | None
+    slot_s: float | None
     digest: str
 
     @property
@@ -54,13 +56,14 @@ def read(
     faults = items.faults()
     follows = {item.id: item.model for _, item in items.entries(faults)}
     faults.refuse()
-    until = told.get("learned_until")
+    until, slot_s = told.get("learned_until"), told.get("slot_s")
     try:
         made_at = datetime.fromisoformat(str(told["made_at"]))
         learned = None if until is None else datetime.fromisoformat(str(until))
+        seconds = None if slot_s is None else float(str(slot_s))
     except (KeyError, ValueError) as error:
         raise NoCandidate(f"{folder}/{REPORT} does not tell {error}.") from error
-    return Candidate(read_models(models), follows, made_at, learned, digest)
+    return Candidate(read_models(models), follows, made_at, learned, seconds, digest)
 
 
 def digest_of(folder: Path) -> str:

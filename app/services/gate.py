@@ -113,6 +113,7 @@ class _Setting:
     versions: Sequence[ItemModel]
     follows: Sequence[str]
     known: int
+    slot_s: float | None
 
 
 async def judge(
@@ -131,7 +132,12 @@ async def judge(
     look = partial(_setting, live=live, candidate=candidate, arms=plays.arms)
     setting = await database.run(look)
     progress("forecasts")
-    checks = [_items(candidate, setting), _signals(plays, setting), _moods(setting)]
+    checks = [
+        _items(candidate, setting),
+        _clock(candidate, setting),
+        _signals(plays, setting),
+        _moods(setting),
+    ]
     held = _held(plays, candidate)
     users = len(np.unique(plays.user[held]))
     scores: Sequence[Score] = ()
@@ -166,6 +172,7 @@ def _setting(
         catalogue.versions,
         [catalogue.listing.model[serial] for serial in serials],
         sum(catalogue.serial_of(item) is not None for item in candidate.items),
+        known.clock.slot_s,
     )
 
 
@@ -177,6 +184,17 @@ def _items(candidate: Candidate, setting: _Setting) -> Check:
     if lacking:
         detail += f"; there is no model {lacking[0]!r}"
     return Check("items", setting.known > 0 and not lacking, detail)
+
+
+def _clock(candidate: Candidate, setting: _Setting) -> Check:
+    told = [
+        "by plays" if slot_s is None else f"by slots of {slot_s:g} s"
+        for slot_s in (candidate.slot_s, setting.slot_s)
+    ]
+    detail = f"interest rests {told[0]}"
+    if candidate.slot_s != setting.slot_s:
+        detail += f", and in the service {told[1]}: see /v1/admin/clock"
+    return Check("clock", candidate.slot_s == setting.slot_s, detail)
 
 
 def _signals(plays: Plays, setting: _Setting) -> Check:
@@ -227,8 +245,9 @@ def _scores(
         candidate.items.get(arm, model)
         for arm, model in zip(plays.arms, setting.follows, strict=True)
     ]
+    clocked = plays if candidate.slot_s is None else plays.by_clock(candidate.slot_s)
     chances = {
-        LEARNED: _chance(plays, present | learned, becomes),
+        LEARNED: _chance(clocked, present | learned, becomes),
         PRESENT: _chance(plays, present, setting.follows),
         RATE: arm_rate(plays, ~held),
     }

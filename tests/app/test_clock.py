@@ -152,7 +152,7 @@ def test_who_was_away_for_three_weeks_comes_back_rested(radio: Service) -> None:
         expected = by_hand.at(belief["item"], slot)
         assert belief["belief"] == pytest.approx(expected, abs=1e-10)
     assert play["like"] == pytest.approx(by_hand.at(play["item"], slot) @ LIKE)
-    assert by_hand.at("one", slot) @ LIKE > by_hand.at("one", 6) @ LIKE + 0.3
+    assert by_hand.at("one", slot) @ LIKE > by_hand.at("one", 6) @ LIKE + 0.2
     assert radio.answer(play["play"], "like")["slot"] == slot + 1
     sound(radio, ["ann"], [one["play"] for one in (*first, play)])
 
@@ -472,10 +472,10 @@ def test_what_is_learned_by_the_clock_is_written_for_slots(radio: Service) -> No
         np.array(written["prior"]),
     )
     away = foretold(plays, by_slots) - foretold(plays, chain)
-    assert np.abs(away).max() < 0.01
+    assert np.abs(away).max() < 1e-3
     without = replace(by_slots, play=chain.play)
     further = foretold(plays, without) - foretold(plays, chain)
-    assert np.abs(away).mean() < np.abs(further).mean()
+    assert 2 * np.abs(away).mean() < np.abs(further).mean()
 
 
 OBSERVE = np.array([np.column_stack((1 - LIKE, LIKE))])
@@ -487,9 +487,9 @@ def heard(radio: Service) -> tuple[Plays, Floats]:
     rng = np.random.default_rng(1)
     for user in ("ann", "bob"):
         for gap in rng.exponential(HOUR, 20):
-            listen(radio, user, [str(rng.choice(["like", "skip", "none"]))])
+            play = radio.next(user, candidate=str(rng.choice(SONGS)))
+            radio.answer(play["play"], str(rng.choice(["like", "skip", "none"])))
             later(radio, user, MINUTE + gap)
-        listen(radio, user, ["none"])
     rows = with_database(
         radio, lambda database: database.run(lambda store: store.rows(PREDICTED))
     )

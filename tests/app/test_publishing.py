@@ -239,6 +239,27 @@ def test_it_takes_enough_plays_that_nothing_was_learned_from(
     assert (said.status == 0) is (reason is None)
 
 
+def test_models_by_the_clock_go_live_under_that_clock_alone(
+    encore: Encore, grown: Service, tmp_path: Path
+) -> None:
+    at = ("--database-url", grown.settings.database_url)
+    folder = tmp_path / "fitted"
+    words = ("--clock", "--slot-s", 300, *QUICK, *at)
+    learned = encore("fit", "--out", folder, *words)
+    assert learned.status == 0, learned.err
+
+    early = publish(encore, grown, folder)
+    grown.client.put("/v1/admin/clock", json={"slot_s": 300}).raise_for_status()
+    said = publish(encore, grown, folder)
+
+    failed = [check["name"] for check in early.json["checks"] if not check["passed"]]
+    assert (early.status, failed) == (1, ["clock"])
+    assert said.status == 0, said.out
+    scores = said.json["scores"]
+    assert scores["candidate"]["log_loss"] < scores["rate"]["log_loss"]
+    audited(encore, grown)
+
+
 def test_what_was_changed_after_learning_is_no_candidate(
     encore: Encore, grown: Service, tmp_path: Path
 ) -> None:
