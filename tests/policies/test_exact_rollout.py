@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Literal, TypeAlias
 
 import numpy as np
 import pytest
@@ -46,7 +47,8 @@ from tests.policies.rules import Rules
 MYOPIC = ExactRollout(base="myopic", leaf="none")
 PLAIN: Sequence[Base] = ("myopic", "best_fixed", "round_robin")
 TABLED: Sequence[Base] = ("whittle", "lagrangian", "myopic")
-LEAVES = ("none", "base", "lagrangian")
+Leaf: TypeAlias = Literal["none", "base", "lagrangian"]
+LEAVES: Sequence[Leaf] = ("none", "base", "lagrangian")
 
 
 def score(
@@ -59,7 +61,7 @@ def score(
 
 @st.composite
 def rollouts(
-    draw: DrawFn, bases: Sequence[Base], leaves: Sequence[str], most: int = 1
+    draw: DrawFn, bases: Sequence[Base], leaves: Sequence[Leaf], most: int = 1
 ) -> ExactRollout:
     """Rollouts of one to three bases, whose trees are small or `most` times deeper."""
     depth = draw(st.integers(1, 3))
@@ -429,7 +431,7 @@ def test_more_plays_a_slot_than_items_are_all_of_them() -> None:
     )
 
     for leaf in LEAVES:
-        policy = ExactRollout(horizon=6, leaf=leaf)  # type: ignore[arg-type]
+        policy = ExactRollout(horizon=6, leaf=leaf)
         scores = score(policy, all_of_them, tables, prune=False)
         assert_allclose(score(policy, more, tables, prune=False), scores, atol=1e-6)
 
