@@ -19,11 +19,11 @@ from app.domain import ItemModel
 from app.errors import MoodsDiffer
 from app.services import index_builds, index_tables, logs, models
 from app.services.candidates import Candidate
-from app.services.catalogue import mathematical, mood_rule
 from app.services.changes import Change
 from app.services.index_coverage import is_small
 from app.services.index_tables import Built
 from app.services.live import Live
+from app.services.mathematics import mood_rule, stacked
 from app.services.models import Outcome
 from app.services.mood_rules import common
 from app.storage import revision
@@ -168,7 +168,7 @@ def _setting(
     serials = [catalogue.known_serial(arm) for arm in arms]
     return _Setting(
         [models.outcome(store, new) for new in candidate.models],
-        index_builds.discount_in_use(store, known),
+        index_builds.in_use(store, known).discount,
         catalogue.versions,
         [catalogue.listing.model[serial] for serial in serials],
         sum(catalogue.serial_of(item) is not None for item in candidate.items),
@@ -267,12 +267,13 @@ def _chance(
 
 
 def chain_of(model: ItemModel, mood: Mood | None = None) -> Chain:
-    """A model as learning has it, in all moods that there are."""
-    plain = mathematical(model)
+    """A model as learning has it, in all moods that there are; with all its samples."""
+    plain = stacked([model])
     classes = 1 if mood is None else mood.classes
-    shape = (classes, *plain.observe.shape)
-    observe = np.ascontiguousarray(np.broadcast_to(plain.observe_in, shape))
-    return Chain(plain.play, plain.rest, observe, plain.prior)
+    by_state = plain.observe_in.swapaxes(1, 2)
+    shape = (classes, *by_state.shape[1:])
+    observe = np.ascontiguousarray(np.broadcast_to(by_state, shape))
+    return Chain(plain.play[0], plain.rest[0], observe, plain.prior[0])
 
 
 def _not_worse(other: Score, learned: Score, terms: Terms) -> Check:
@@ -296,16 +297,28 @@ def _tables(setting: _Setting) -> tuple[Sequence[Built], Check]:
         for outcome in setting.outcomes
         if outcome.change is not Change.UNCHANGED
     ]
-    build = partial(
-        index_tables.full, discount=setting.discount, progress=lambda _: None
-    )
+    chains = [
+        (model, sample)
+        for model in changed
+        if is_small(model)
+        for sample in range(model.chains)
+    ]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        built = [*pool.map(build, filter(is_small, changed))]
+        build = partial(_table, discount=setting.discount)
+        built = [*pool.map(build, chains)]
     large = [model.id for model in changed if not is_small(model)]
-    faulty = [table.record.model for table in built if not table.record.indexable]
+    faulty = sorted({each.record.model for each in built if not each.record.indexable})
     detail = f"at discount {setting.discount}"
     if faulty:
         detail += f", not so: {', '.join(faulty)}"
     if large:
         detail += f", of too many states to tell: {', '.join(large)}"
     return built, Check("indexable", not faulty, detail)
+
+
+def _table(chain: tuple[ItemModel, int], discount: float) -> Built:
+    """As fine as it gets; of samples, of which there are many, a rough one."""
+    model, sample = chain
+    if model.samples is not None:
+        return index_tables.rough(model, sample, discount)
+    return index_tables.full(model, sample, discount, progress=lambda _: None)
