@@ -102,9 +102,9 @@ def of_new(
     store: Store, versions: Sequence[ItemModel], need: Need | None
 ) -> Sequence[Built]:
     """Make rough tables for models that are put; none if none is needed."""
+    check_usable(versions, need)
     if need is None:
         return ()
-    refuse(_coverage(need, versions, ()))
     return _rough_ones(store, versions, need, {})
 
 
@@ -130,6 +130,12 @@ def is_small(model: ItemModel) -> bool:
 def usable(model: ItemModel, need: Need) -> bool:
     """Whether a policy can look scores up in the tables made for a model."""
     return is_small(model) and (need.by_sample or model.samples is None)
+
+
+def check_usable(versions: Sequence[ItemModel], need: Need | None) -> None:
+    """Refuse models of which a policy has no use."""
+    if need is not None:
+        refuse(_coverage(need, versions, ()))
 
 
 def refuse(found: Coverage) -> None:
