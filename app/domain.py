@@ -102,6 +102,23 @@ class ItemMood:
 
 
 @dataclass(frozen=True, slots=True)
+class ItemSample:
+    """What a model may be as well as not: a draw from what a log leaves open.
+
+    like:    chance of a like by state, or by mood and state; None: there are signals
+    observe: chance of each signal, the same; None: there are none
+    """
+
+    play: Sequence[Sequence[float]]
+    rest: Sequence[Sequence[float]]
+    prior: Sequence[float]
+    like: Sequence[float] | Sequence[Sequence[float]] | None = None
+    observe: Sequence[Sequence[float]] | Sequence[Sequence[Sequence[float]]] | None = (
+        None
+    )
+
+
+@dataclass(frozen=True, slots=True)
 class ItemModel:
     """One version of a model: how interest in its items moves and answers.
 
@@ -109,6 +126,7 @@ class ItemModel:
     signals: None: a skip and a like
     mood:    None: it is answered alike in all moods. Else `like` and the chances of
              signals are the means over moods
+    samples: if there are any, they are what counts, all alike at first
     """
 
     id: str
@@ -124,6 +142,12 @@ class ItemModel:
     retired: bool = False
     signals: ItemSignals | None = None
     mood: ItemMood | None = None
+    samples: Sequence[ItemSample] | None = None
+
+    @property
+    def chains(self) -> int:
+        """How many it is: as many as it has samples, else one."""
+        return len(self.samples or (self,))
 
     @property
     def answers(self) -> Sequence[str]:

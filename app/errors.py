@@ -170,6 +170,11 @@ class TooManyStates(Conflict):
     title = "A model has too many states for a policy that needs index tables"
 
 
+class SamplesApart(Conflict):
+    code = "samples_apart"
+    title = "A policy needs one index table for all samples of a model"
+
+
 class LastAdminKey(Conflict):
     code = "last_admin_key"
     title = "The last admin key cannot be revoked"

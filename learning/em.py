@@ -91,7 +91,7 @@ class Terms(NamedTuple):
 
     smoothing: Smoothing
     bond: Bond = Bond.NONE
-    often: Ints | None = None
+    often: Ints | Floats | None = None
 
 
 class Climb:
@@ -143,7 +143,7 @@ class Climb:
         self.risen.append(self.height)
 
 
-def _expected(streams: Streams, chain: Chain, often: Ints | None) -> Counts:
+def _expected(streams: Streams, chain: Chain, often: Ints | Floats | None) -> Counts:
     weighed = streams if often is None else streams.weighing(often[streams.user])
     return expect(weighed, chain)
 

@@ -1,5 +1,6 @@
 """Models of a log: what is asked for, and what is found."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,6 +10,7 @@ from learning.em import Effort, Learned, Spread, Terms, beginnings, learn
 from learning.maximization import Smoothing
 from learning.mixture import Types, learn_types
 from learning.plays import NONE, Bools, Plays
+from learning.posterior import Posterior, Sampling, sample
 from learning.prediction import predicted
 from learning.streams import Streams, streams
 from policies import Floats, Ints
@@ -123,6 +125,35 @@ def expected(plays: Plays, fitted: Fitted) -> Floats:
     recipe, types = fitted.recipe, fitted.types
     mood = moods_of(plays, recipe.mood)
     return predicted(plays, types.chains, types.of_arms, mood, in_time=recipe.in_time)
+
+
+def draw(
+    plays: Plays,
+    fitted: Fitted,
+    sampling: Sampling,
+    spread: Spread = map,
+    tell: Callable[[], object] = lambda: None,
+) -> Sequence[Posterior]:
+    """Return, for each type, what its chain may be as well as not.
+
+    Each is drawn from the plays of the arms that follow it.
+
+    Args:
+        plays: the log that it was learned from.
+        fitted: what was learned.
+        sampling: how.
+        spread: how the work is spread.
+        tell: called after each draw, for each type.
+    """
+    recipe, types = fitted.recipe, fitted.types
+    seen = streams(plays, moods_of(plays, recipe.mood), in_time=recipe.in_time)
+    reward, kind = np.array(plays.reward), types.of_arms[seen.arm]
+    return [
+        sample(
+            seen.of(kind == k), chain, reward, recipe.smoothing, sampling, spread, tell
+        )
+        for k, chain in enumerate(types.chains)
+    ]
 
 
 @dataclass(frozen=True, slots=True)

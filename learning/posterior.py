@@ -1,12 +1,16 @@
 """Chains that a log allows: draws from what is known after it.
 
-Gibbs sampling: paths of hidden states given a chain, and a chain given what was met
-along them, by turns (Scott 2002). What is known before the log is what smooths where
-chains are learned: Dirichlet, with one more than is imagined of each kind. Several
-chains of draws begin where expectation and maximization ended.
+Each draw begins with a chain that is learned again, from users who count at random
+(the weighted likelihood bootstrap, Newton and Raftery 1994): about as far from the one
+learned as the log allows. From there it goes on by Gibbs sampling: paths of hidden
+states given the chain, and the chain given what was met along them, by turns (Scott
+2002). That leads to what is known exactly, but where paths are told badly it creeps:
+so the beginning counts, and how far it is remembered is told. What is known before the
+log is what smooths where chains are learned: Dirichlet, with one more than is imagined
+of each kind.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -14,11 +18,11 @@ import numpy as np
 
 from learning.bridges import halved, moves_within
 from learning.chain import Chain
-from learning.convergence import effective, r_hat
-from learning.em import Spread
+from learning.em import Spread, Terms
 from learning.maximization import Smoothing
 from learning.passes import Seen, Steps
 from learning.paths import Drawn, draw
+from learning.resampling import again
 from learning.rests import moves_of
 from learning.streams import Streams
 from policies import Floats, Ints
@@ -29,39 +33,45 @@ class Sampling:
     """How chains are drawn.
 
     Attributes:
-        kept: draws that are returned.
-        chains: of draws, which are shared out among them.
-        warm_up: draws of each that are dropped.
-        thin: of how many later ones one is kept.
+        kept: draws.
+        sweeps: of paths and chains by turns, for each of them.
         seed: of all random numbers.
     """
 
     kept: int = 16
-    chains: int = 4
-    warm_up: int = 100
-    thin: int = 10
+    sweeps: int = 50
     seed: int = 0
-
-    @property
-    def each(self) -> int:
-        """Return how many draws of each chain are kept."""
-        return -(-self.kept // self.chains)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Posterior:
-    """Draws, and whether they are to be trusted.
+    """Independent draws, and how they came about.
 
     Attributes:
         chains: D of them, each with states by rising like.
-        r_hat: of the quantity on which chains of draws agree least; about 1 if well.
-        effective: independent draws that all of the quantity that moves slowest are
-            worth.
+        begun: D, the chains that these began with.
     """
 
     chains: Sequence[Chain]
-    r_hat: float
-    effective: float
+    begun: Sequence[Chain]
+
+    def remembered(self, reward: Floats) -> float:
+        """Return how far draws still follow their beginnings, from 0 to 1.
+
+        The mean correlation of both, over what is known of a chain; of few draws it is
+        known badly.
+
+        Args:
+            reward: (K,) worth of each signal.
+        """
+        ends, begins = (
+            np.array([_quantities(chain, reward) for chain in chains])
+            for chains in (self.chains, self.begun)
+        )
+        ends, begins = ends - ends.mean(axis=0), begins - begins.mean(axis=0)
+        both = np.sqrt((ends**2).sum(axis=0) * (begins**2).sum(axis=0))
+        told = (ends * begins).sum(axis=0)[both > 0] / both[both > 0]
+        return float(np.clip(told.mean(), 0.0, 1.0)) if len(told) else 1.0
 
 
 def sample(
@@ -71,41 +81,36 @@ def sample(
     smoothing: Smoothing,
     sampling: Sampling,
     spread: Spread = map,
+    tell: Callable[[], object] = lambda: None,
 ) -> Posterior:
     """Draw chains.
 
+    Those that rest by the clock stay as they begin: their paths are not drawn.
+
     Args:
         streams: what was seen.
-        first: the chain to begin with, in slots.
+        first: the chain that was learned.
         reward: (K,) worth of each signal.
         smoothing: what is imagined beside what was seen.
         sampling: how.
         spread: how the work is spread.
-
-    Raises:
-        ValueError: the chain rests by the clock.
+        tell: called after each draw.
     """
-    if first.in_time:
-        raise ValueError("chains that rest by the clock are not drawn")
     parts = streams.parts()
     lengths = halved(streams.lengths.astype(np.int64))
-    kept, told = list[Chain](), list[Floats]()
-    for seed in np.random.SeedSequence(sampling.seed).spawn(sampling.chains):
-        rng, chain = np.random.default_rng(seed), first
-        along: list[Chain] = []
-        for _ in range(sampling.warm_up + sampling.each * sampling.thin):
+    users = int(streams.user.max(initial=-1)) + 1
+    begun, found = list[Chain](), list[Chain]()
+    for seed in np.random.SeedSequence(sampling.seed).spawn(sampling.kept):
+        rng = np.random.default_rng(seed)
+        terms = Terms(smoothing, often=rng.standard_exponential(users))
+        chain = again(parts, first, terms, reward, spread)
+        begun.append(_ordered(chain, reward))
+        for _ in range(0 if first.in_time else sampling.sweeps):
             drawn = _counted(parts, lengths, chain, rng, spread)
-            chain = _ordered(_chain(drawn, lengths, chain, smoothing, rng), reward)
-            along.append(chain)
-        later = along[sampling.warm_up :]
-        kept += later[sampling.thin - 1 :: sampling.thin]
-        told.append(np.array([_quantities(each, reward) for each in later]))
-    by_quantity = np.stack(told).transpose(2, 0, 1)
-    return Posterior(
-        kept[: sampling.kept],
-        float(np.max([r_hat(each) for each in by_quantity])),
-        float(np.min([effective(each) for each in by_quantity])),
-    )
+            chain = _chain(drawn, lengths, chain, smoothing, rng)
+        found.append(_ordered(chain, reward))
+        tell()
+    return Posterior(found, begun)
 
 
 def _counted(
@@ -178,12 +183,16 @@ def _ordered(chain: Chain, reward: Floats) -> Chain:
     by = np.argsort((chain.observe @ reward).mean(axis=0), kind="stable")
     ways = np.ix_(by, by)
     return Chain(
-        chain.play[ways], chain.rest[ways], chain.observe[:, by], chain.prior[by]
+        chain.play[ways],
+        chain.rest[ways],
+        chain.observe[:, by],
+        chain.prior[by],
+        chain.in_time,
     )
 
 
 def _quantities(chain: Chain, reward: Floats) -> Floats:
-    """Return what chains of draws are compared by."""
+    """Return what is known of a chain."""
     like = (chain.observe @ reward).ravel()
     stays = [np.diagonal(moves) for moves in (chain.play, chain.rest)]
     return np.concatenate((like, *stays, chain.prior))

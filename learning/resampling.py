@@ -12,7 +12,7 @@ from learning.maximization import Smoothing
 from learning.streams import Streams
 from policies import Floats
 
-STEPS = 12  # E steps from the chain that all users gave
+STEPS, TOLERANCE = 100, 1e-7  # with less, what is learned again stays too near
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,10 +55,29 @@ def intervals(
         times = np.zeros(users[-1] + 1, dtype=np.int64)
         times[users] = drawn
         terms = Terms(smoothing, often=times)
-        climb = Climb(parts, learned.chain, terms, spread)
-        climb.on(STEPS, 0.0)
-        found.append(climb.chain.ordered(reward, climb.counts))
+        found.append(again(parts, learned.chain, terms, reward, spread))
     return Intervals(*(_quantile(found, share) for share in TAILS))
+
+
+def again(
+    parts: Sequence[Streams],
+    first: Chain,
+    terms: Terms,
+    reward: Floats,
+    spread: Spread = map,
+) -> Chain:
+    """Learn again from a chain that is near.
+
+    Args:
+        parts: what was seen.
+        first: the chain to begin with.
+        terms: how often each user counts, and the rest.
+        reward: (K,) worth of each signal.
+        spread: how the work is spread.
+    """
+    climb = Climb(parts, first, terms, spread)
+    climb.on(STEPS, TOLERANCE)
+    return climb.chain.ordered(reward, climb.counts)
 
 
 def _quantile(chains: Sequence[Chain], share: float) -> Chain:

@@ -29,6 +29,7 @@ from policies.ready import ready
 from policies.registry import POLICIES, create, params_of, presets
 from policies.situation import ALONE, NEVER, Situation, Slate
 from policies.tables import NO_TABLES, Tables, build_all
+from policies.thompson import draws_samples
 from policies.warm_up import variants, warm_up
 
 __all__ = [
@@ -75,6 +76,7 @@ __all__ = [
     "chances",
     "choose",
     "create",
+    "draws_samples",
     "effort",
     "expected_like",
     "forecast",

@@ -146,6 +146,20 @@ class ModelSet(NamedTuple):
         samples = [_sample(self, m, k) for m in rows for k in range(self.samples[m])]
         return _stacked(samples, self.classes, self.rule)
 
+    def by_state(self, m: int, belief: Floats) -> Floats:
+        """Return the belief about the state alone, whichever sample is the true one.
+
+        Args:
+            m: row of the model.
+            belief: (S,) over pairs of a sample and a state, padded.
+
+        Returns:
+            As many chances as a sample has states.
+        """
+        pairs = belief[: self.states[m]].reshape(self.samples[m], -1)
+        folded: Floats = pairs.sum(axis=0)
+        return folded
+
     def drawn(self, k: int) -> "ModelSet":
         """Return sample k of each model, or k modulo their number."""
         rows = range(len(self.samples))

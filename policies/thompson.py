@@ -96,6 +96,18 @@ class Thompson:
         return draws * (own + self.policy.cost(situation))
 
 
+def draws_samples(policy: Policy) -> bool:
+    """Return whether a policy looks at each sample of a model by itself.
+
+    Such a one can use tables of the samples; a policy that looks at all of them
+    together needs one table for all, and there is none.
+    """
+    followed = getattr(policy, "policy", None)
+    if isinstance(policy, Thompson) or not isinstance(followed, Policy):
+        return isinstance(policy, Thompson)
+    return draws_samples(followed)
+
+
 def _imagined(situation: Situation, drawn: Sequence[ModelSet]) -> Iterator[Situation]:
     """Yield what the situation is if each of some draws is the truth."""
     slate, states = situation.slate, drawn[0].like.shape[1]

@@ -22,7 +22,7 @@ from app.api.schemas.policy import (
     PresentPolicy,
     RollbackForm,
 )
-from app.errors import NoEarlierPolicy, TooManyStates
+from app.errors import NoEarlierPolicy, SamplesApart, TooManyStates
 from app.services import policy
 
 router = APIRouter(prefix="/v1/admin", tags=["policy"])
@@ -34,7 +34,7 @@ async def get_policy(caller: Administering) -> PresentPolicy:
     return PresentPolicy.of(await caller.database.run(policy.current))
 
 
-@router.put("/policy", responses=responses(TooManyStates))
+@router.put("/policy", responses=responses(SamplesApart, TooManyStates))
 async def swap_policy(
     caller: Administering,
     form: Annotated[AnyPolicyForm, Body(openapi_examples=EXAMPLES)],
@@ -71,7 +71,10 @@ async def list_policies(
     )
 
 
-@router.post("/policy/rollback", responses=responses(NoEarlierPolicy, TooManyStates))
+@router.post(
+    "/policy/rollback",
+    responses=responses(NoEarlierPolicy, SamplesApart, TooManyStates),
+)
 async def roll_back_policy(
     caller: Administering, form: RollbackForm | None = None
 ) -> PresentPolicy:

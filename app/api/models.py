@@ -10,7 +10,8 @@ from app.api.context import Administering, Serving
 from app.api.problems import responses
 from app.api.schemas.fields import PathId
 from app.api.schemas.indexes import Discount, IndexReport
-from app.api.schemas.models import ModelForm, ModelPage, ModelView
+from app.api.schemas.model_views import ModelPage, ModelView
+from app.api.schemas.models import ModelForm
 from app.api.schemas.pages import CursorQuery, Limit, decode_text, encode
 from app.domain import ItemModel
 from app.errors import (
@@ -18,6 +19,7 @@ from app.errors import (
     ModelInUse,
     ModelNotFound,
     MoodsDiffer,
+    SamplesApart,
     TooManyStates,
     UnusableModel,
 )
@@ -34,7 +36,7 @@ Version = Annotated[
     "/models/{model}",
     responses={
         201: {"model": ModelView},
-        **responses(UnusableModel, MoodsDiffer, TooManyStates),
+        **responses(UnusableModel, MoodsDiffer, SamplesApart, TooManyStates),
     },
 )
 async def put_model(

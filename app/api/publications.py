@@ -13,7 +13,7 @@ from app.api.schemas.publications import (
     TakeBackForm,
     TakenBackView,
 )
-from app.errors import InvalidCursor, NoPublication, TooManyStates
+from app.errors import InvalidCursor, NoPublication, SamplesApart, TooManyStates
 from app.services import publications
 
 router = APIRouter(prefix="/v1/admin", tags=["models"])
@@ -37,7 +37,8 @@ async def list_publications(
 
 
 @router.post(
-    "/publications/rollback", responses=responses(NoPublication, TooManyStates)
+    "/publications/rollback",
+    responses=responses(NoPublication, SamplesApart, TooManyStates),
 )
 async def roll_back_publication(
     caller: Administering, form: TakeBackForm | None = None

@@ -1,60 +1,30 @@
 """`encore fit`: models learned from a log of plays."""
 
 import json
-import time
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 import typer
 
 from app import __version__
 from app.cli import fit_report, logs
-from app.cli.console import AsJson, Failed, progress, say, show_json
+from app.cli.console import AsJson, say, show_json
 from app.cli.files import make_folder
-from app.cli.fit_report import Found
+from app.cli.fitting import Asked, learned
 from app.cli.session import DatabaseUrl
 from app.cli.sizes import AUTO, sizes
 from app.cli.spreads import Scheduler, spreading
 from app.services import candidates, fits
 from app.services.clocks import LONGEST, SHORTEST
 from app.services.fits import Naming
-from app.services.items import NewItem
-from learning import Plays
-from learning.em import Effort, Spread
-from learning.fitting import Recipe, fit, moods_of
-from learning.held_out import Split, latest_apart
-from learning.identification import identify
-from learning.resampling import intervals
-from learning.selection import Selection, select
-from learning.streams import streams
+from learning.em import Effort
+from learning.fitting import Recipe
+from learning.held_out import latest_apart
 
 USUAL_STATES = (2, 3, 4)
 USUAL_TYPES = (1, 2, 3, 4, 6, 8)
 SLOT_S = 240.0  # about a song
-
-
-@dataclass(frozen=True, slots=True)
-class Asked:
-    """How models are learned.
-
-    recipe: but for numbers of states and types
-    states: to choose from
-    types:  to choose from
-    draws:  of users, for intervals
-    mood:   whether likes also depend on the last answers
-    stay:   items that nothing is told of stay with the models they have
-    """
-
-    recipe: Recipe
-    states: Sequence[int]
-    types: Sequence[int]
-    draws: int
-    mood: bool
-    stay: bool
+MOST_SAMPLES = 32
 
 
 def command(
@@ -121,6 +91,17 @@ def command(
     draws: Annotated[
         int, typer.Option(min=0, help="Users drawn anew so often, for intervals.")
     ] = 0,
+    samples: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            max=MOST_SAMPLES,
+            help="Of each model, drawn from what the log leaves open: for `thompson`.",
+        ),
+    ] = 0,
+    sweeps: Annotated[
+        int, typer.Option(min=0, help="Over the log, for each sample.")
+    ] = 50,
     seed: Annotated[int, typer.Option(help="Of all random numbers.")] = 0,
     name: Annotated[str, typer.Option(help="What the models are called.")] = "learned",
     scheduler: Scheduler = None,
@@ -147,19 +128,22 @@ def command(
         sizes("--states", states, USUAL_STATES, 2, 8),
         sizes("--types", types, USUAL_TYPES, 1, 32),
         draws,
+        samples,
+        sweeps,
         mood,
         stay=not files and items is None,
     )
+    asked.check()
     make_folder(out)
     with spreading(scheduler) as spread:
         plays = logs.read(wanted)
         described = logs.items(wanted, items)
         split = latest_apart(plays, held_out)
-        found = _found(plays, split, described, asked, spread)
+        found = learned(plays, split, described, asked, spread)
     source = f"encore fit {__version__}, {len(plays)} plays"
     source += f", slots of {slot_s:g} s" if clock else ""
     naming = Naming(name, source, slot_s)
-    models = fits.model_lines(found.fitted, plays, naming)
+    models = fits.model_lines(found.fitted, plays, naming, found.drawn)
     fits.write(out, candidates.MODELS, models)
     follows = fits.item_lines(found.fitted, found.placed, naming)
     fits.write(out, candidates.ITEMS, follows)
@@ -175,53 +159,3 @@ def command(
         fit_report.show(found, out)
         if clock:
             say(f'They go with the clock: PUT /v1/admin/clock {{"slot_s": {slot_s:g}}}')
-
-
-def _found(
-    plays: Plays,
-    split: Split,
-    items: Sequence[NewItem] | None,
-    asked: Asked,
-    spread: Spread,
-) -> Found:
-    began = time.perf_counter()
-    learned, plain = plays.of(split.learned), None
-    if asked.mood:
-        moody = replace(asked.recipe, mood=fits.usual_mood(plays))
-        asked = replace(asked, recipe=moody)
-    try:
-        recipe, selection = _sized(learned, asked, spread)
-        fitted = fit(learned, recipe, spread)
-        if asked.mood:
-            plain = fit(learned, replace(recipe, mood=None), spread)
-    except ValueError as error:
-        raise Failed(f"{error}.") from error
-    mood = moods_of(learned, recipe.mood)
-    seen = streams(learned, mood, in_time=recipe.in_time)
-    identified = identify(seen, fitted.whole, recipe.smoothing, spread)
-    sure = None
-    if asked.draws:
-        reward, seed = np.array(plays.reward), recipe.effort.seed
-        resample = partial(intervals, seen, fitted.whole, reward, recipe.smoothing)
-        sure = resample(draws=asked.draws, seed=seed, spread=spread)
-    placed = fits.place(fitted, learned, items, stay=asked.stay)
-    judged = fits.judged(plays, split.learned, fitted, placed, plain)
-    took = time.perf_counter() - began
-    return Found(
-        plays, split, selection, fitted, placed, identified, sure, judged, took
-    )
-
-
-def _sized(
-    plays: Plays, asked: Asked, spread: Spread
-) -> tuple[Recipe, Selection | None]:
-    """How to learn, with numbers that were chosen where there is a choice."""
-    states, types = asked.states, asked.types
-    recipe = replace(asked.recipe, states=states[0], types=types[0])
-    if len(states) == len(types) == 1:
-        return recipe, None
-    with progress() as bar:
-        task = bar.add_task("sizes", total=len(states) + len(types) - 1)
-        tell = partial(bar.advance, task)
-        found = select(plays, recipe, states, types, spread, tell)
-    return replace(recipe, states=found.states, types=found.types), found

@@ -19,6 +19,7 @@ from learning.evaluation import Score
 from learning.fitting import Fitted
 from learning.held_out import Split
 from learning.identification import Identification
+from learning.posterior import Posterior
 from learning.resampling import Intervals
 from learning.selection import Selection, Tried
 
@@ -27,6 +28,7 @@ from learning.selection import Selection, Tried
 class Found:
     """What was learned, and how sure it is.
 
+    drawn:  what each model may be as well as not; empty: nobody asked
     judged: scores of the plays that were held out, by forecaster; empty: there are none
     """
 
@@ -34,6 +36,7 @@ class Found:
     split: Split
     selection: Selection | None
     fitted: Fitted
+    drawn: Sequence[Posterior]
     placed: Placed
     identified: Identification
     sure: Intervals | None
@@ -73,6 +76,13 @@ def report(found: Found) -> Mapping[str, object]:
         "others": list(whole.others),
         "identification": _identification(found.identified),
         "intervals": None if found.sure is None else _intervals(found.sure),
+        "samples": [
+            {
+                "kept": len(each.chains),
+                "remembered": round(each.remembered(np.array(plays.reward)), 3),
+            }
+            for each in found.drawn
+        ],
         "held_out": {score.forecaster: score.summary() for score in found.judged},
         "seconds": round(found.seconds, 3),
     }

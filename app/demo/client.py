@@ -10,7 +10,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from app.api.schemas.items import ItemPage, ItemView
 from app.api.schemas.listening import FeedbackTaken, NextPlay
-from app.api.schemas.models import ModelPage, ModelView
+from app.api.schemas.model_views import ModelPage, ModelView
 from app.api.schemas.policy import PresentPolicy
 
 PAGE = 1000

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.api.schemas.items import ItemView
-from app.api.schemas.models import ModelView
+from app.api.schemas.model_views import ModelView
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from app.errors import Fault, TooLargeToBound
 from app.services import openings
-from app.services.index_builds import discount_in_use
+from app.services.index_builds import in_use
 from app.services.live import Live
 from app.services.openings import Opening
 from app.storage import revision
@@ -64,7 +64,7 @@ def outlook(store: Store, live: Live, discount: float | None, depth: int) -> Out
     """That of the present catalogue, at the discount in use if none is given."""
     known = revision.current(store)
     catalogue = live.catalogue(store, known)
-    worth = discount_in_use(store, known) if discount is None else discount
+    worth = in_use(store, known).discount if discount is None else discount
 
     def look() -> Outlook:
         opening = openings.of_catalogue(catalogue)

@@ -6,11 +6,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from app.domain import Item, ItemModel, ItemMood, ItemSignals, MoodRule, Revision
+from app.domain import Item, ItemModel, Revision
 from app.errors import Fault, UnknownItems
+from app.services.mathematics import stacked
 from app.services.pool import Pool
 from app.storage.index_tables import TableKey
-from policies import NONE, Ints, Model, ModelSet, Mood, Signals
+from policies import NONE, Ints, ModelSet
 
 NO_ROW = -1
 MOST_TAGGED = 256
@@ -181,37 +182,3 @@ class Catalogue:
                 self.tagged.clear()
             self.tagged[wanted] = Pool.of(serials, self.model, len(self.versions))
         return self.tagged[wanted]
-
-
-def stacked(versions: Sequence[ItemModel]) -> ModelSet:
-    """Models as they are kept, for compiled code."""
-    return ModelSet.of([mathematical(model) for model in versions])
-
-
-def mathematical(model: ItemModel) -> Model:
-    """A model as it is kept, validated."""
-    mood, signals = model.mood, model.signals
-    like = model.like if mood is None else mood.like
-    return Model(
-        tuple(model.states),
-        np.array(model.play),
-        np.array(model.rest),
-        None if signals else np.array(like),
-        np.array(model.prior),
-        observed(signals, mood),
-        mood=None if mood is None else mood_rule(mood.rule),
-        shares=None if mood is None else mood.shares,
-    )
-
-
-def observed(signals: ItemSignals | None, mood: ItemMood | None) -> Signals | None:
-    """Signals as they are kept, for a mathematical model."""
-    if signals is None:
-        return None
-    observe = signals.observe if mood is None else mood.observe or ()
-    return Signals(tuple(signals.names), observe, signals.reward)
-
-
-def mood_rule(rule: MoodRule) -> Mood:
-    """How answers make a mood, as it is kept, validated."""
-    return Mood(rule.answers, rule.memory, tuple(rule.levels), rule.pause_s)

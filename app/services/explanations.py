@@ -93,8 +93,8 @@ def explained(replay: Replay) -> Explanation:
 
 def _group(replay: Replay, row: int) -> Group:
     situation = replay.decision.candidates.situation
-    model = replay.catalogue.versions[situation.model[row]]
-    only = slice(row, row + 1)
+    only, m = slice(row, row + 1), int(situation.model[row])
+    model = replay.catalogue.versions[m]
     like = expected_like(
         situation.models,
         situation.model[only],
@@ -108,7 +108,7 @@ def _group(replay: Replay, row: int) -> Group:
         model=model.id,
         count=count,
         states=model.states,
-        belief=situation.belief[row, : len(model.states)].tolist(),
+        belief=situation.models.by_state(m, situation.belief[row]).tolist(),
         like=float(like[0]),
         score=float(replay.decision.scores[row]),
         rested=None if rested == NEVER else rested,

@@ -5,7 +5,7 @@ from collections.abc import AsyncIterator
 from dataclasses import asdict
 from functools import partial
 
-from app.domain import Item, ItemModel, ItemMood
+from app.domain import Item, ItemModel, ItemMood, ItemSample
 from app.services.audits import each_user
 from app.storage import items, models, plays
 from app.storage.database import Database
@@ -62,6 +62,7 @@ def _model(model: ItemModel) -> dict[str, object]:
         "rest": model.rest,
         **_answers(model),
         "prior": model.prior,
+        **_samples(model),
         "source": model.source,
     }
 
@@ -78,6 +79,23 @@ def _answers(model: ItemModel) -> dict[str, object]:
         **(moody or {"observe": signals.observe}),
         "reward": signals.reward,
         **shares,
+    }
+
+
+def _samples(model: ItemModel) -> dict[str, object]:
+    if model.samples is None:
+        return {}
+    return {"samples": [_sample(sample, model) for sample in model.samples]}
+
+
+def _sample(sample: ItemSample, model: ItemModel) -> dict[str, object]:
+    told = {"like": sample.like, "observe": sample.observe}
+    given = {name: value for name, value in told.items() if value is not None}
+    return {
+        "play": sample.play,
+        "rest": sample.rest,
+        "prior": sample.prior,
+        **(given if model.mood is None else {"mood": given}),
     }
 
 

@@ -16,6 +16,7 @@ from learning.evaluation import Score, compare
 from learning.evaluation.rates import arm_rate, constant
 from learning.fitting import Fitted, expected, moods_of
 from learning.inheritance import Inherited, inherit
+from learning.posterior import Posterior
 from learning.prediction import liked, predicted
 from learning.rests import moves_of
 from policies import Floats, Ints, Mood, as_ints
@@ -46,11 +47,26 @@ def usual_mood(plays: Plays) -> Mood:
     return Mood() if plays.seconds is not None else Mood(pause_s=None)
 
 
-def model_lines(fitted: Fitted, plays: Plays, naming: Naming) -> Iterator[str]:
-    """Models as `import models` reads them, one for each type."""
-    for number, chain in enumerate(fitted.types.chains, 1):
-        name = _name(fitted, naming, number)
-        model = _model(chain, name, naming) | _answers(chain, plays, fitted)
+def model_lines(
+    fitted: Fitted, plays: Plays, naming: Naming, drawn: Sequence[Posterior] = ()
+) -> Iterator[str]:
+    """Models as `import models` reads them, one for each type.
+
+    drawn: what each of them may be as well as not; empty: nobody asked
+    """
+    for number, chain in enumerate(fitted.types.chains):
+        model = {
+            "id": _name(fitted, naming, number + 1),
+            **_states(chain),
+            **_moves(chain, naming),
+            **_answers(chain, plays, fitted),
+            "source": naming.source,
+        }
+        if drawn:
+            model["samples"] = [
+                _moves(each, naming) | _chances(each, plays, fitted)
+                for each in drawn[number].chains
+            ]
         yield json.dumps(model, ensure_ascii=False)
 
 
@@ -159,39 +175,53 @@ def _name(fitted: Fitted, naming: Naming, number: int) -> str:
     return naming.prefix if alone else f"{naming.prefix}-{number}"
 
 
-def _model(chain: Chain, name: str, naming: Naming) -> dict[str, object]:
+def _states(chain: Chain) -> dict[str, object]:
     size = len(chain.prior)
+    return {"states": NAMES.get(size) or [f"state {n}" for n in range(1, size + 1)]}
+
+
+def _moves(chain: Chain, naming: Naming) -> dict[str, object]:
     play, rest = chain.play, chain.rest
     if chain.in_time:  # a play takes no time: the slot that it begins is rest, too
         [rest] = moves_of(chain, np.array([naming.slot_s]))
         play = play @ rest
     return {
-        "id": name,
-        "states": NAMES.get(size) or [f"state {n}" for n in range(1, size + 1)],
         "play": _rounded(play),
         "rest": _rounded(rest),
         "prior": _rounded(chain.prior),
-        "source": naming.source,
     }
 
 
 def _answers(chain: Chain, plays: Plays, fitted: Fitted) -> dict[str, object]:
-    mood = fitted.recipe.mood
-    observe = chain.observe[0] if mood is None else chain.observe
-    if tuple(plays.signals) == (SKIP, LIKE) and plays.reward == (0.0, 1.0):
-        told = {"like": _rounded(observe[..., 1])}
-        return told if mood is None else {"mood": _mood(mood, fitted) | told}
-    told = {"observe": _rounded(observe)}
-    return {
-        "signals": list(plays.signals),
-        "reward": list(plays.reward),
-        **(told if mood is None else {"mood": _mood(mood, fitted) | told}),
-    }
+    """How plays are answered, and by what mood."""
+    mood, told = fitted.recipe.mood, _chances(chain, plays, fitted)
+    if mood is not None:
+        shares = {"shares": _rounded(fitted.shares)}
+        told = {"mood": {**asdict(mood), **shares, **_chances_in(chain, plays)}}
+    if _likes(plays):
+        return told
+    return {"signals": list(plays.signals), "reward": list(plays.reward)} | told
 
 
-def _mood(mood: Mood, fitted: Fitted) -> dict[str, object]:
-    return asdict(mood) | {"shares": _rounded(fitted.shares)}
+def _chances(chain: Chain, plays: Plays, fitted: Fitted) -> dict[str, object]:
+    told = _chances_in(chain, plays)
+    if fitted.recipe.mood is not None:
+        return {"mood": told}
+    return {name: chances[0] for name, chances in told.items()}
 
 
-def _rounded(values: "np.typing.NDArray[np.float64]") -> object:
-    return np.round(values, DIGITS).tolist()
+def _chances_in(chain: Chain, plays: Plays) -> dict[str, list[object]]:
+    """By mood."""
+    if _likes(plays):
+        return {"like": _rounded(chain.observe[..., 1])}
+    return {"observe": _rounded(chain.observe)}
+
+
+def _likes(plays: Plays) -> bool:
+    """Whether a play tells a skip or a like, and no more."""
+    return tuple(plays.signals) == (SKIP, LIKE) and plays.reward == (0.0, 1.0)
+
+
+def _rounded(values: Floats) -> list[object]:
+    found: list[object] = np.round(values, DIGITS).tolist()
+    return found

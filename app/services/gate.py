@@ -6,9 +6,7 @@ shrunk, which knows nothing of interest that moves.
 """
 
 import asyncio
-import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from functools import partial
@@ -16,16 +14,15 @@ from functools import partial
 import numpy as np
 
 from app.domain import ItemModel
-from app.errors import MoodsDiffer
-from app.services import index_builds, index_tables, logs, models
+from app.services import gate_checks, index_builds, logs, models
 from app.services.candidates import Candidate
-from app.services.catalogue import mathematical, mood_rule
-from app.services.changes import Change
-from app.services.index_coverage import is_small
+from app.services.gate_checks import Check, Setting
 from app.services.index_tables import Built
 from app.services.live import Live
+from app.services.mathematics import mood_rule, stacked
 from app.services.models import Outcome
 from app.services.mood_rules import common
+from app.services.policy import need_in_force
 from app.storage import revision
 from app.storage.database import Database
 from app.storage.store import Store
@@ -53,15 +50,6 @@ class Terms:
     plays: int = 500
     users: int = 10
     margin: float = 0.005
-
-
-@dataclass(frozen=True, slots=True)
-class Check:
-    """Something that was asked of a candidate."""
-
-    name: str
-    passed: bool
-    detail: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,18 +92,6 @@ class Judged:
     tables: Sequence[Built]
 
 
-@dataclass(frozen=True, slots=True)
-class _Setting:
-    """What is in force: models, and which of them each arm of the log follows."""
-
-    outcomes: Sequence[Outcome]
-    discount: float
-    versions: Sequence[ItemModel]
-    follows: Sequence[str]
-    known: int
-    slot_s: float | None
-
-
 async def judge(
     database: Database,
     live: Live,
@@ -133,10 +109,11 @@ async def judge(
     setting = await database.run(look)
     progress("forecasts")
     checks = [
-        _items(candidate, setting),
-        _clock(candidate, setting),
-        _signals(plays, setting),
-        _moods(setting),
+        gate_checks.items(candidate, setting),
+        gate_checks.clock(candidate, setting),
+        gate_checks.signals(plays, setting),
+        gate_checks.moods(setting),
+        gate_checks.policy(setting),
     ]
     held = _held(plays, candidate)
     users = len(np.unique(plays.user[held]))
@@ -148,7 +125,7 @@ async def judge(
     tables: Sequence[Built] = ()
     if all(check.passed for check in checks):
         progress("index tables")
-        tables, indexable = await asyncio.to_thread(_tables, setting)
+        tables, indexable = await asyncio.to_thread(gate_checks.tables, setting)
         checks.append(indexable)
     verdict = Verdict(
         candidate.judged_from,
@@ -162,59 +139,19 @@ async def judge(
 
 def _setting(
     store: Store, live: Live, candidate: Candidate, arms: Sequence[str]
-) -> _Setting:
+) -> Setting:
     known = revision.current(store)
     catalogue = live.catalogue(store, known)
     serials = [catalogue.known_serial(arm) for arm in arms]
-    return _Setting(
+    return Setting(
         [models.outcome(store, new) for new in candidate.models],
-        index_builds.discount_in_use(store, known),
+        index_builds.in_use(store, known).discount,
+        need_in_force(store, known),
         catalogue.versions,
         [catalogue.listing.model[serial] for serial in serials],
         sum(catalogue.serial_of(item) is not None for item in candidate.items),
         known.clock.slot_s,
     )
-
-
-def _items(candidate: Candidate, setting: _Setting) -> Check:
-    there = {model.id for model in setting.versions}
-    there |= {new.id for new in candidate.models}
-    lacking = sorted(set(candidate.items.values()) - there)
-    detail = f"{setting.known} of {len(candidate.items)} are in the catalogue"
-    if lacking:
-        detail += f"; there is no model {lacking[0]!r}"
-    return Check("items", setting.known > 0 and not lacking, detail)
-
-
-def _clock(candidate: Candidate, setting: _Setting) -> Check:
-    told = [
-        "by plays" if slot_s is None else f"by slots of {slot_s:g} s"
-        for slot_s in (candidate.slot_s, setting.slot_s)
-    ]
-    detail = f"interest rests {told[0]}"
-    if candidate.slot_s != setting.slot_s:
-        detail += f", and in the service {told[1]}: see /v1/admin/clock"
-    return Check("clock", candidate.slot_s == setting.slot_s, detail)
-
-
-def _signals(plays: Plays, setting: _Setting) -> Check:
-    ours = tuple(plays.signals), tuple(plays.reward)
-    for outcome in setting.outcomes:
-        told = models.signals(outcome.model)
-        if (tuple(told.names), tuple(told.reward)) != ours:
-            detail = f"the model {outcome.model.id!r} has others than those in force"
-            return Check("signals", passed=False, detail=detail)
-    return Check("signals", passed=True, detail=", ".join(plays.signals))
-
-
-def _moods(setting: _Setting) -> Check:
-    there = {model.id: model for model in setting.versions}
-    learned = {each.model.id: each.model for each in setting.outcomes}
-    try:
-        rule = common((each.id, each.mood) for each in (there | learned).values())
-    except MoodsDiffer as error:
-        return Check("mood", passed=False, detail=error.detail)
-    return Check("mood", passed=True, detail="none" if rule is None else "one")
 
 
 def _held(plays: Plays, candidate: Candidate) -> Bools:
@@ -237,7 +174,7 @@ def _evidence(plays: int, users: int, candidate: Candidate, terms: Terms) -> Che
 
 
 def _scores(
-    plays: Plays, held: Bools, setting: _Setting, candidate: Candidate
+    plays: Plays, held: Bools, setting: Setting, candidate: Candidate
 ) -> Sequence[Score]:
     present = {model.id: model for model in setting.versions}
     learned = {each.model.id: each.model for each in setting.outcomes}
@@ -267,12 +204,13 @@ def _chance(
 
 
 def chain_of(model: ItemModel, mood: Mood | None = None) -> Chain:
-    """A model as learning has it, in all moods that there are."""
-    plain = mathematical(model)
+    """A model as learning has it, in all moods that there are; with all its samples."""
+    plain = stacked([model])
     classes = 1 if mood is None else mood.classes
-    shape = (classes, *plain.observe.shape)
-    observe = np.ascontiguousarray(np.broadcast_to(plain.observe_in, shape))
-    return Chain(plain.play, plain.rest, observe, plain.prior)
+    by_state = plain.observe_in.swapaxes(1, 2)
+    shape = (classes, *by_state.shape[1:])
+    observe = np.ascontiguousarray(np.broadcast_to(by_state, shape))
+    return Chain(plain.play[0], plain.rest[0], observe, plain.prior[0])
 
 
 def _not_worse(other: Score, learned: Score, terms: Terms) -> Check:
@@ -287,25 +225,3 @@ def _not_worse(other: Score, learned: Score, terms: Terms) -> Check:
     if not passed:
         detail += f"; it may lose {terms.margin:g} at most"
     return Check(name, passed, detail)
-
-
-def _tables(setting: _Setting) -> tuple[Sequence[Built], Check]:
-    """Tables of the models that change, and whether these are indexable."""
-    changed = [
-        outcome.model
-        for outcome in setting.outcomes
-        if outcome.change is not Change.UNCHANGED
-    ]
-    build = partial(
-        index_tables.full, discount=setting.discount, progress=lambda _: None
-    )
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        built = [*pool.map(build, filter(is_small, changed))]
-    large = [model.id for model in changed if not is_small(model)]
-    faulty = [table.record.model for table in built if not table.record.indexable]
-    detail = f"at discount {setting.discount}"
-    if faulty:
-        detail += f", not so: {', '.join(faulty)}"
-    if large:
-        detail += f", of too many states to tell: {', '.join(large)}"
-    return built, Check("indexable", not faulty, detail)

@@ -109,7 +109,8 @@ class IndexBuilder:
             if self._stopping:
                 raise Stopped
 
-        full = partial(index_tables.full, job.model, job.target.discount, progress)
+        wanted = job.target.sample, job.target.discount
+        full = partial(index_tables.full, job.model, *wanted, progress)
         building = asyncio.get_running_loop().run_in_executor(self._thread, full)
         while not (await asyncio.wait((building,), timeout=RENEW))[0]:
             await self._renew(job.target, done)

@@ -11,8 +11,9 @@ from datetime import UTC, datetime, timedelta
 from app.domain import ItemModel, Precision, Revision
 from app.errors import NotReady
 from app.services import index_coverage, index_tables
+from app.services.index_coverage import Need, usable
 from app.services.index_tables import Built
-from app.services.policy import DISCOUNT, table_discount_in_force
+from app.services.policy import DISCOUNT, need_in_force
 from app.services.policy_catalogue import made
 from app.storage import index_builds, models, policies, revision
 from app.storage import index_tables as stored
@@ -45,10 +46,9 @@ class Look:
     job: Job | None
 
 
-def discount_in_use(store: Store, known: Revision) -> float:
-    """The discount at which full tables are wanted; the default's if none is needed."""
-    discount = table_discount_in_force(store, known)
-    return DISCOUNT if discount is None else discount
+def in_use(store: Store, known: Revision) -> Need:
+    """The full tables that are wanted; those of the default if none are needed."""
+    return need_in_force(store, known) or Need(DISCOUNT, by_sample=False)
 
 
 def claim(
@@ -77,20 +77,20 @@ def is_ours(store: Store, worker: str, target: Target) -> bool:
 
     A table that was published while it was claimed is there: then the claim ends.
     """
-    claim = claim_of(store, target)
-    if claim is None or claim.worker != worker:
+    if worker not in {claim.worker for claim in claims_of(store, [target])}:
         return False
-    key = TableKey(target.model, target.version, target.discount, Precision.FULL)
+    place = target.model, target.version, target.discount
+    key = TableKey(*place, Precision.FULL, target.sample)
     if key not in stored.keys(store):
         return True
     index_builds.end(store, target)
     return False
 
 
-def claim_of(store: Store, target: Target) -> Claim | None:
-    """The claim of a table that is being built, or was built and not yet stored."""
+def claims_of(store: Store, targets: Collection[Target]) -> Sequence[Claim]:
+    """The claims of tables that are being built, or were built and not yet stored."""
     claims = index_builds.standing(store, lapsed=datetime.now(UTC) - LEASE)
-    return next((claim for claim in claims if claim.target == target), None)
+    return [claim for claim in claims if claim.target in targets]
 
 
 def renew(store: Store, worker: str, targets: Mapping[Target, float]) -> None:
@@ -128,22 +128,22 @@ def publish(store: Store, built: Sequence[Built]) -> None:
 
 def target_of(built: Built) -> Target:
     record = built.record
-    return Target(record.model, record.version, record.discount)
+    return Target(record.model, record.version, record.discount, record.sample)
 
 
 def _wanted(store: Store, known: Revision) -> Sequence[Job]:
-    discount = discount_in_use(store, known)
+    need = in_use(store, known)
     versions = models.at(store, known.catalogue)
-    found = index_coverage.finest(store, versions, discount)
+    found = index_coverage.finest(store, versions, need.discount)
     ready = {
-        version
-        for version, record in found.items()
-        if record.precision is Precision.FULL
+        place for place, record in found.items() if record.precision is Precision.FULL
     }
     return [
-        Job(Target(model.id, model.version, discount), model)
-        for model in filter(index_coverage.is_small, versions)
-        if (model.id, model.version) not in ready
+        Job(Target(model.id, model.version, need.discount, sample), model)
+        for model in versions
+        if usable(model, need)
+        for sample in range(model.chains)
+        if (model.id, model.version, sample) not in ready
     ]
 
 

@@ -5,12 +5,13 @@ unit of work that puts the policy or the model in force makes those that are mis
 that no decision has to wait for one. Full ones follow, see `index_builds`.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 from app.domain import ItemModel, Precision, Revision
-from app.errors import Fault, TooManyStates
+from app.errors import Fault, SamplesApart, TooManyStates
 from app.services import index_tables
 from app.services.index_tables import Built
 from app.storage import index_tables as stored
@@ -23,6 +24,17 @@ NAMED = 5  # models that a warning names
 
 
 @dataclass(frozen=True, slots=True)
+class Need:
+    """The tables that a policy looks scores up in.
+
+    by_sample: whether it has a use for a table of each sample of a model
+    """
+
+    discount: float
+    by_sample: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Coverage:
     """The tables of all models of a catalogue at one discount.
 
@@ -31,6 +43,7 @@ class Coverage:
     rough:         how many have a rough one only
     not_indexable: models for which Whittle's index means nothing
     too_large:     models of too many states to have a table
+    sampled:       models of samples, where the policy needs one table for all of them
     """
 
     discount: float
@@ -39,6 +52,7 @@ class Coverage:
     rough: int
     not_indexable: Sequence[str]
     too_large: Sequence[str]
+    sampled: Sequence[str] = ()
 
     @property
     def warnings(self) -> Sequence[str]:
@@ -55,55 +69,56 @@ class Coverage:
                 f"Of more than {MOST_STATES} states: {_few(self.too_large)}. No index"
                 " tables are made for them, so that this policy can choose no play."
             )
+        if self.sampled:
+            told.append(f"{_sampled(self.sampled)} This policy can choose no play.")
         return told
 
 
-def coverage(store: Store, known: Revision, discount: float | None) -> Coverage | None:
-    """What tables there are at a discount; None: none is needed."""
-    if discount is None:
+def coverage(store: Store, known: Revision, need: Need | None) -> Coverage | None:
+    """What tables there are of those needed; None: none is needed."""
+    if need is None:
         return None
     versions = models.at(store, known.catalogue)
-    present = finest(store, versions, discount)
-    return _coverage(discount, versions, present.values())
+    present = finest(store, versions, need.discount)
+    return _coverage(need, versions, present.values())
 
 
-def ensure(store: Store, known: Revision, discount: float | None) -> Coverage | None:
+def ensure(store: Store, known: Revision, need: Need | None) -> Coverage | None:
     """Make rough tables for the models that have none; tell what there is then."""
-    if discount is None:
+    if need is None:
         return None
     revision.rely_on_catalogue(store, known)
     versions = models.at(store, known.catalogue)
-    present = finest(store, versions, discount)
-    lacking = [each for each in versions if (each.id, each.version) not in present]
-    made = _rough_ones(store, filter(is_small, lacking), discount)
+    present = finest(store, versions, need.discount)
+    made = _rough_ones(store, versions, need, present)
     if made:
         catalogue = revision.advance_catalogue(store, known, new_epoch=False)
         index_tables.insert(store, made, catalogue)
     records = (*present.values(), *(table.record for table in made))
-    return _coverage(discount, versions, records)
+    return _coverage(need, versions, records)
 
 
 def of_new(
-    store: Store, versions: Sequence[ItemModel], discount: float | None
+    store: Store, versions: Sequence[ItemModel], need: Need | None
 ) -> Sequence[Built]:
     """Make rough tables for models that are put; none if none is needed."""
-    if discount is None:
+    check_usable(versions, need)
+    if need is None:
         return ()
-    refuse_large([model.id for model in versions if not is_small(model)])
-    return _rough_ones(store, versions, discount)
+    return _rough_ones(store, versions, need, {})
 
 
 def finest(
     store: Store, versions: Iterable[ItemModel], discount: float
-) -> Mapping[tuple[str, int], TableRecord]:
-    """The finest table of each of these models that has one, by id and version."""
+) -> Mapping[tuple[str, int, int], TableRecord]:
+    """The finest tables there are of these models, by id, version and sample."""
     wanted = {(model.id, model.version) for model in versions}
-    found: dict[tuple[str, int], TableRecord] = {}
+    found: dict[tuple[str, int, int], TableRecord] = {}
     for record in stored.at_discount(store, discount):
-        version = record.model, record.version
-        better = version not in found or record.precision is Precision.FULL
-        if better and version in wanted:
-            found[version] = record
+        place = record.model, record.version, record.sample
+        better = place not in found or record.precision is Precision.FULL
+        if better and place[:2] in wanted:
+            found[place] = record
     return found
 
 
@@ -112,21 +127,59 @@ def is_small(model: ItemModel) -> bool:
     return len(model.states) <= MOST_STATES
 
 
-def refuse_large(models: Sequence[str]) -> None:
-    """Refuse models of which no table is made."""
-    if models:
+def usable(model: ItemModel, need: Need) -> bool:
+    """Whether a policy can look scores up in the tables made for a model."""
+    return is_small(model) and (need.by_sample or model.samples is None)
+
+
+def check_usable(versions: Sequence[ItemModel], need: Need | None) -> None:
+    """Refuse models of which a policy has no use."""
+    if need is not None:
+        refuse(_coverage(need, versions, ()))
+
+
+def refuse(found: Coverage) -> None:
+    """Refuse a policy beside models of which it has no table."""
+    if found.too_large:
+        large = [
+            Fault("states", f"more than {MOST_STATES}", model)
+            for model in found.too_large
+        ]
         raise TooManyStates(
             f"The policy needs index tables, which are made for models of up to"
-            f" {MOST_STATES} states; of more: {_few(models)}.",
-            *(Fault("states", f"more than {MOST_STATES}", model) for model in models),
+            f" {MOST_STATES} states; of more: {_few(found.too_large)}.",
+            *large,
+        )
+    if found.sampled:
+        samples = [Fault("samples", "has some", model) for model in found.sampled]
+        raise SamplesApart(
+            f"{_sampled(found.sampled)} Put `thompson`, which follows any policy, in"
+            " force first.",
+            *samples,
         )
 
 
+def _sampled(models: Sequence[str]) -> str:
+    return (
+        "Index tables are made for each sample of a model, and the policy needs one for"
+        f" all samples of {_few(models)}."
+    )
+
+
 def _rough_ones(
-    store: Store, versions: Iterable[ItemModel], discount: float
+    store: Store,
+    versions: Iterable[ItemModel],
+    need: Need,
+    present: Mapping[tuple[str, int, int], TableRecord],
 ) -> Sequence[Built]:
-    make = partial(index_tables.rough, discount=discount)
-    return [store.aside(partial(make, model)) for model in versions]
+    make = partial(index_tables.rough, discount=need.discount)
+    return [
+        store.aside(partial(make, model, sample))
+        for model in versions
+        if usable(model, need)
+        for sample in range(model.chains)
+        if (model.id, model.version, sample) not in present
+    ]
 
 
 def _few(models: Sequence[str]) -> str:
@@ -136,15 +189,19 @@ def _few(models: Sequence[str]) -> str:
 
 
 def _coverage(
-    discount: float, versions: Sequence[ItemModel], records: Iterable[TableRecord]
+    need: Need, versions: Sequence[ItemModel], records: Iterable[TableRecord]
 ) -> Coverage:
     found = list(records)
-    ready = sum(record.precision is Precision.FULL for record in found)
+    full = Counter(each.model for each in found if each.precision is Precision.FULL)
+    there = Counter(each.model for each in found)
+    ready = sum(full[model.id] == model.chains for model in versions)
+    covered = sum(there[model.id] == model.chains for model in versions)
     return Coverage(
-        discount,
+        need.discount,
         len(versions),
         ready,
-        len(found) - ready,
-        sorted(record.model for record in found if not record.indexable),
+        covered - ready,
+        sorted({record.model for record in found if not record.indexable}),
         [model.id for model in versions if not is_small(model)],
+        [model.id for model in versions if is_small(model) and not usable(model, need)],
     )

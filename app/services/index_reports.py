@@ -1,6 +1,6 @@
 """Whether a model's index can be trusted, and how far its table is."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from app.domain import Precision
@@ -27,8 +27,9 @@ class State(StrEnum):
 class Report:
     """The index of the latest version of a model at a discount.
 
+    target:   of all samples of the model, if it has any
     progress: share of the full table that is built
-    table:    the finest one there is
+    table:    the finest one there is; of samples, the one that is least to be trusted
     """
 
     target: Target
@@ -40,14 +41,22 @@ class Report:
 def report(store: Store, model_id: str, discount: float | None) -> Report:
     """The report at a discount; None: at the one that is in use."""
     model = models.find(store, model_id, None)
-    in_use = index_builds.discount_in_use(store, revision.current(store))
-    target = Target(model.id, model.version, in_use if discount is None else discount)
-    tables = index_coverage.finest(store, [model], target.discount)
-    table = tables.get((model.id, model.version))
-    if table is not None and table.precision is Precision.FULL:
+    need = index_builds.in_use(store, revision.current(store))
+    worth = need.discount if discount is None else discount
+    target = Target(model.id, model.version, worth)
+    tables = [*index_coverage.finest(store, [model], worth).values()]
+    full = sum(table.precision is Precision.FULL for table in tables)
+    table = max(tables, key=_doubt, default=None)
+    if full == model.chains:
         return Report(target, State.READY, 1.0, table)
-    claim = index_builds.claim_of(store, target)
-    if claim is not None:
-        return Report(target, State.BUILDING, claim.progress, table)
-    wanted = target.discount == in_use and index_coverage.is_small(model)
-    return Report(target, State.WAITING if wanted else State.NONE, 0.0, table)
+    samples = {replace(target, sample=sample) for sample in range(model.chains)}
+    claims = index_builds.claims_of(store, samples)
+    done = (full + sum(claim.progress for claim in claims)) / model.chains
+    if claims:
+        return Report(target, State.BUILDING, min(done, 1.0), table)
+    wanted = worth == need.discount and index_coverage.usable(model, need)
+    return Report(target, State.WAITING if wanted else State.NONE, done, table)
+
+
+def _doubt(table: TableRecord) -> tuple[bool, int, float]:
+    return table.precision is not Precision.FULL, table.unsettled, table.error

@@ -12,7 +12,8 @@ from functools import partial
 
 from app.domain import ItemModel, Precision
 from app.errors import NotReady
-from app.services.catalogue import Catalogue, stacked
+from app.services.catalogue import Catalogue
+from app.services.mathematics import stacked
 from app.storage import index_tables
 from app.storage.index_packing import pack, unpack
 from app.storage.index_tables import TableKey, TableRecord
@@ -33,20 +34,21 @@ class Built:
     packed: bytes
 
 
-def rough(model: ItemModel, discount: float) -> Built:
+def rough(model: ItemModel, sample: int, discount: float) -> Built:
     """Build a small table, in some ten milliseconds."""
     began = time.perf_counter()
-    table = build(stacked([model]), 0, discount, ROUGH_POINTS)
-    return _built(model, Precision.ROUGH, table, began)
+    table = build(stacked([model]).separated(), sample, discount, ROUGH_POINTS)
+    return _built(model, sample, Precision.ROUGH, table, began)
 
 
 def full(
-    model: ItemModel, discount: float, progress: Callable[[float], object]
+    model: ItemModel, sample: int, discount: float, progress: Callable[[float], object]
 ) -> Built:
     """Build a table as fine as it gets, in about a second."""
     began = time.perf_counter()
-    table = build(stacked([model]), 0, discount, progress=progress)
-    return _built(model, Precision.FULL, table, began)
+    chains = stacked([model]).separated()
+    table = build(chains, sample, discount, progress=progress)
+    return _built(model, sample, Precision.FULL, table, began)
 
 
 def insert(store: Store, built: Iterable[Built], catalogue: int) -> None:
@@ -63,9 +65,9 @@ def followed(
 ) -> Sequence[TableKey]:
     """The finest tables of these models: those in use before, and those that came."""
     wanted = {(model.id, model.version) for model in versions}
-    found: dict[tuple[str, int, float], TableKey] = {}
+    found: dict[tuple[str, int, float, int], TableKey] = {}
     for key in (*tables, *published):
-        place = key.model, key.version, key.discount
+        place = key.model, key.version, key.discount, key.sample
         better = place not in found or key.precision is Precision.FULL
         if better and (key.model, key.version) in wanted:
             found[place] = key
@@ -75,17 +77,18 @@ def followed(
 def at_hand(
     store: Store, catalogue: Catalogue, discount: float | None, kept: AtHand
 ) -> AtHand:
-    """The table of each model, in the order of their rows; those kept are not read."""
+    """The tables of models by row, and of their samples; those kept are not read."""
     if discount is None:
         return NOTHING
     in_use = {
-        (key.model, key.version): key
+        (key.model, key.version, key.sample): key
         for key in catalogue.tables
         if key.discount == discount
     }
     found: dict[TableKey, IndexTable] = {}
-    for model in catalogue.versions:
-        key = in_use.get((model.id, model.version))
+    wanted = [(each, k) for each in catalogue.versions for k in range(each.chains)]
+    for model, sample in wanted:
+        key = in_use.get((model.id, model.version, sample))
         if key is None:
             raise NotReady(
                 f"The model {model.id!r} has no index table at discount {discount}."
@@ -117,7 +120,7 @@ def _read(store: Store, key: TableKey) -> IndexTable:
 
 
 def _built(
-    model: ItemModel, precision: Precision, table: IndexTable, began: float
+    model: ItemModel, sample: int, precision: Precision, table: IndexTable, began: float
 ) -> Built:
     packed = pack(table.whittle, table.value)
     record = TableRecord(
@@ -125,6 +128,7 @@ def _built(
         version=model.version,
         discount=table.discount,
         precision=precision,
+        sample=sample,
         catalogue=0,
         states=table.states,
         divisions=table.divisions,

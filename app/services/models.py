@@ -7,10 +7,10 @@ from datetime import UTC, datetime
 from app.domain import ItemModel, ItemSignals, Revision
 from app.errors import Fault, ModelInUse, ModelNotFound
 from app.services import index_coverage, index_tables, mood_rules
-from app.services.catalogue import mathematical
 from app.services.changes import Change
+from app.services.mathematics import mathematical
 from app.services.new_models import NewModel, check, signals_of
-from app.services.policy import table_discount_in_force
+from app.services.policy import need_in_force
 from app.storage import audit, models, revision
 from app.storage.store import Store
 
@@ -65,8 +65,8 @@ def put_all(
     changed = [each.model for each in outcomes if each.change is not Change.UNCHANGED]
     if not changed:
         return
-    discount = table_discount_in_force(store, known)
-    tables = index_coverage.of_new(store, changed, discount)
+    need = need_in_force(store, known)
+    tables = index_coverage.of_new(store, changed, need)
     moved = mood_rules.check(store, known, changed)
     moved = moved or any(each.moved for each in outcomes)
     revision.rely_on_policy(store, known)
@@ -146,7 +146,7 @@ def _lost(signals: Sequence[str]) -> str:
 
 def _chances(model: ItemModel) -> tuple[object, ...]:
     """What beliefs are made of."""
-    chains = model.play, model.rest, model.prior
+    chains = model.play, model.rest, model.prior, model.samples
     if model.mood is not None:
         signals = model.signals
         rewards = None if signals is None else (signals.names, signals.reward)
@@ -177,4 +177,5 @@ def _version(new: NewModel, version: int) -> ItemModel:
         catalogue=0,
         signals=signals_of(new, model),
         mood=new.mood,
+        samples=new.samples,
     )

@@ -1,16 +1,19 @@
 """A model as a client describes it, and whether it is one."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from app.domain import ItemMood, ItemSignals
+from app.domain import ItemMood, ItemSample, ItemSignals
 from app.errors import Fault, UnusableModel
-from app.services.catalogue import mood_rule
+from app.services.mathematics import mood_rule, sampled
 from policies import InvalidModel, Model, Mood, Signals
 
 BY_MOOD = ("like", "observe", "shares")
+IN_SAMPLES = re.compile(r"(samples\.\d+\.)(like|observe)")
 MOST_CHANCES = 2**20  # of a signal and a move, by mood
+MOST_STATES = 64  # of a model, in all its samples
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +32,7 @@ class NewModel:
     reward: Sequence[float] | None = None
     fractions: Mapping[str, float] | None = None
     mood: ItemMood | None = None
+    samples: Sequence[ItemSample] | None = None
 
 
 def check(new: NewModel) -> Model:
@@ -44,10 +48,15 @@ def check(new: NewModel) -> Model:
     chains = (new.states, new.play, new.rest, like, new.prior, signals)
     try:
         model = Model(*chains, mood=mood, shares=shares)
+        if new.samples is not None:
+            _check_samples(new, new.samples)
+            drawn = sampled(new.samples, new.states, signals, mood, shares)
+            model = Model(*chains, samples=drawn, mood=mood, shares=shares)
     except InvalidModel as error:
         field = error.field.replace("[", ".").replace("]", "")
-        if new.mood is not None and field.startswith(BY_MOOD):
-            field = f"mood.{field}"
+        if new.mood is not None:
+            field = f"mood.{field}" if field.startswith(BY_MOOD) else field
+            field = IN_SAMPLES.sub(r"\1mood.\2", field)
         message = str(error).removeprefix(f"{error.field}: ")
         raise _unusable(field, message) from error
     if new.fractions is not None:
@@ -94,6 +103,21 @@ def _check_likes(field: str, like: object, beside: Mapping[str, object]) -> None
         raise _unusable(field, f"is needed, or else signals, {observe} and reward")
 
 
+def _check_samples(new: NewModel, samples: Sequence[ItemSample]) -> None:
+    """Refuse samples of too many states, or that are answered otherwise."""
+    total = len(samples) * len(new.states)
+    if total > MOST_STATES:
+        most = f"{MOST_STATES} states in all, not {total}"
+        raise _unusable("samples", f"may have {most}")
+    told, left = ("like", "observe") if new.signals is None else ("observe", "like")
+    where = "" if new.mood is None else "mood."
+    for number, sample in enumerate(samples):
+        if getattr(sample, told) is None:
+            raise _unusable(f"samples.{number}.{where}{told}", "is needed")
+        if getattr(sample, left) is not None:
+            raise _unusable(f"samples.{number}.{where}{left}", f"give {told} instead")
+
+
 def _mood(new: NewModel, mood: ItemMood) -> Mood:
     try:
         rule = mood_rule(mood.rule)
@@ -101,7 +125,8 @@ def _mood(new: NewModel, mood: ItemMood) -> Mood:
         field, _, message = str(error).partition(": ")
         raise _unusable(f"mood.{field}", message) from error
     signals = 2 if new.signals is None else len(new.signals)
-    if rule.classes * signals * len(new.states) ** 2 > MOST_CHANCES:
+    states = len(new.states) * len(new.samples or (1,))
+    if rule.classes * signals * states**2 > MOST_CHANCES:
         raise _unusable("mood", f"has too many classes, {rule.classes}, for its model")
     return rule
 

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 
 from app.domain import ItemModel
-from app.services.catalogue import mathematical
 from app.services.entrants import Entrant
 from app.services.items import NewItem
+from app.services.mathematics import mathematical
 from app.services.mood_rules import common
 from app.services.new_models import NewModel, check
 from learning import Plays

@@ -8,10 +8,11 @@ import numpy as np
 from app.domain import ItemModel
 from app.errors import Fault, NothingToPlay
 from app.services import new_models
-from app.services.catalogue import Catalogue, mathematical
+from app.services.catalogue import Catalogue
 from app.services.items import NewItem
 from app.services.lines import LineFile
 from app.services.live import Live
+from app.services.mathematics import mathematical
 from app.services.mood_rules import common
 from app.services.new_models import NewModel
 from app.storage import revision

@@ -7,11 +7,12 @@ from datetime import UTC, datetime
 from app.domain import PolicyVersion, Revision
 from app.errors import Fault, InvalidRequest, NoEarlierPolicy, NotReady
 from app.services import index_coverage
-from app.services.index_coverage import Coverage
+from app.services.index_coverage import Coverage, Need
 from app.services.live import find_policy
 from app.services.policy_catalogue import complete, made
 from app.storage import audit, policies, revision
 from app.storage.store import Store
+from policies import draws_samples
 
 DEFAULT = "exact_rollout"
 DISCOUNT = 0.95  # of the default
@@ -42,23 +43,26 @@ class History:
 def current(store: Store) -> Present:
     known = revision.current(store)
     found = find_policy(store, known.policy)
-    tables = index_coverage.coverage(store, known, table_discount(found))
+    tables = index_coverage.coverage(store, known, needed(found))
     return Present(found, tables)
 
 
-def table_discount(version: PolicyVersion | None) -> float | None:
-    """Discount of the index tables that a policy needs, None if it needs none.
+def needed(version: PolicyVersion | None) -> Need | None:
+    """The index tables that a policy needs, None if it needs none.
 
     None also for a policy that this release does not know, and cannot use.
     """
     try:
-        return None if version is None else made(version).table_discount
+        policy = None if version is None else made(version)
     except NotReady:
         return None
+    if policy is None or policy.table_discount is None:
+        return None
+    return Need(policy.table_discount, draws_samples(policy))
 
 
-def table_discount_in_force(store: Store, known: Revision) -> float | None:
-    return table_discount(policies.by_version(store, known.policy))
+def need_in_force(store: Store, known: Revision) -> Need | None:
+    return needed(policies.by_version(store, known.policy))
 
 
 def history(store: Store, before: int, limit: int) -> History:
@@ -74,13 +78,14 @@ def ensure_one(store: Store) -> None:
         params, note = _first(store, known)
         _activate(store, known, DEFAULT, params, note, "encore")
     else:
-        index_coverage.ensure(store, known, table_discount_in_force(store, known))
+        index_coverage.ensure(store, known, need_in_force(store, known))
 
 
 def _first(store: Store, known: Revision) -> tuple[Mapping[str, object], str]:
-    """Parameters of the first policy, and why: no tables where a model is too large."""
-    tables = index_coverage.coverage(store, known, DISCOUNT)
-    if tables is not None and tables.too_large:
+    """Parameters of the first policy, and why: no tables where they cannot be had."""
+    need = Need(DISCOUNT, by_sample=False)
+    tables = index_coverage.coverage(store, known, need)
+    if tables is not None and (tables.too_large or tables.sampled):
         return complete(
             DEFAULT, {**WITHOUT_TABLES, "discount": DISCOUNT}
         ), "the default for models so large"
@@ -151,11 +156,11 @@ def _activate(  # noqa: PLR0913, PLR0917 - the columns of a policy
     policy = PolicyVersion(version, name, params, note, now, by, restores)
     policies.insert(store, policy)
     audit.note(store, now, by, "policy", str(version), {"name": name, "note": note})
-    return Present(policy, index_coverage.ensure(store, known, table_discount(policy)))
+    return Present(policy, index_coverage.ensure(store, known, needed(policy)))
 
 
 def _usable(present: Present) -> Present:
     """Refuse a policy that could choose nothing."""
     if present.tables is not None:
-        index_coverage.refuse_large(present.tables.too_large)
+        index_coverage.refuse(present.tables)
     return present

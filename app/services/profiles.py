@@ -142,7 +142,7 @@ def _of_item(standing: Standing, serial: int) -> ItemBelief:
         item=catalogue.shelf(serial).id,
         model=model.id,
         states=model.states,
-        belief=belief[: len(model.states)].tolist(),
+        belief=catalogue.models.by_state(catalogue.row_of(serial), belief).tolist(),
         like=standing.expected(serial, standing.slot),
         rested=rested,
     )

@@ -14,7 +14,7 @@ from app.services.gate import Judged
 from app.services.index_tables import Built
 from app.services.live import Live
 from app.services.models import Outcome
-from app.services.policy import table_discount_in_force
+from app.services.policy import need_in_force
 from app.storage import audit, items, publications, revision
 from app.storage import models as stored
 from app.storage.items import Move
@@ -114,8 +114,8 @@ def take_back(store: Store, live: Live, note: str, by: str) -> TakenBack:
     ]
     undone = _undone(store, catalogue, last, moves)
     mood_rules.check(store, known, undone.restored, undone.ended)
-    discount = table_discount_in_force(store, known)
-    tables = index_coverage.of_new(store, undone.restored, discount)
+    need = need_in_force(store, known)
+    tables = index_coverage.of_new(store, undone.restored, need)
     number = revision.advance_catalogue(store, known, new_epoch=True)
     index_tables.insert(store, tables, number)
     models.insert(store, undone.restored, number, by)
@@ -208,9 +208,11 @@ def _tables(
     store: Store, known: Revision, changed: Sequence[ItemModel], judged: Judged
 ) -> Sequence[Built]:
     """Tables of new versions: those of the gate, if the policy looks up such."""
-    discount = table_discount_in_force(store, known)
+    need = need_in_force(store, known)
     revision.rely_on_policy(store, known)
-    large = any(not index_coverage.is_small(model) for model in changed)
-    if discount is None or (discount == judged.discount and not large):
+    if need is None:
         return judged.tables
-    return index_coverage.of_new(store, changed, discount)
+    usable = all(index_coverage.usable(model, need) for model in changed)
+    if need.discount == judged.discount and usable:
+        return judged.tables
+    return index_coverage.of_new(store, changed, need)

@@ -5,9 +5,10 @@ from functools import partial
 
 from app.domain import Play, Revision
 from app.services import beliefs, decisions, index_tables, moods, selections, slates
-from app.services.catalogue import Catalogue, Shelf, stacked
+from app.services.catalogue import Catalogue, Shelf
 from app.services.decisions import Decision
 from app.services.live import Live
+from app.services.mathematics import stacked
 from app.storage import index_tables as stored
 from app.storage import items, models, plays, revision
 from app.storage.store import Store

@@ -13,11 +13,12 @@ from app.storage.tables import Instant, index_builds
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """A table that is wanted: of a version of a model, at a discount."""
+    """A table that is wanted: of a model's version, or of its sample, at a discount."""
 
     model: str
     version: int
     discount: float
+    sample: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +35,14 @@ THIS = sa.and_(
     index_builds.c.model == sa.bindparam("of"),
     index_builds.c.version == sa.bindparam("in_version"),
     index_builds.c.discount == sa.bindparam("at_discount"),
+    index_builds.c.sample == sa.bindparam("of_sample"),
 )
 CLAIM = sa.text(  # of several workers that claim at once, the first has it
-    "INSERT INTO index_builds (model, version, discount, worker, renewed_at, progress)"
-    " VALUES (:model, :version, :discount, :worker, :now, 0)"
-    " ON CONFLICT (model, version, discount) DO UPDATE SET worker = excluded.worker,"
+    "INSERT INTO index_builds"
+    " (model, version, discount, sample, worker, renewed_at, progress)"
+    " VALUES (:model, :version, :discount, :sample, :worker, :now, 0)"
+    " ON CONFLICT (model, version, discount, sample)"
+    " DO UPDATE SET worker = excluded.worker,"
     " renewed_at = excluded.renewed_at, progress = 0"
     " WHERE index_builds.renewed_at < :lapsed"
 ).bindparams(sa.bindparam("now", type_=Instant), sa.bindparam("lapsed", type_=Instant))
@@ -65,6 +69,7 @@ def claim(
             "model": target.model,
             "version": target.version,
             "discount": target.discount,
+            "sample": target.sample,
             "worker": worker,
             "now": now,
             "lapsed": lapsed,
@@ -103,9 +108,10 @@ def _this(target: Target) -> dict[str, object]:
         "of": target.model,
         "in_version": target.version,
         "at_discount": target.discount,
+        "of_sample": target.sample,
     }
 
 
 def _claim(row: sa.Row[Any]) -> Claim:
-    target = Target(row.model, row.version, row.discount)
+    target = Target(row.model, row.version, row.discount, row.sample)
     return Claim(target, row.worker, row.renewed_at, row.progress)

@@ -14,12 +14,13 @@ from app.storage.tables import index_tables
 
 @dataclass(frozen=True, slots=True)
 class TableKey:
-    """Which table: of a version of a model, at a discount."""
+    """Which table: of a version of a model, or of one of its samples, at a discount."""
 
     model: str
     version: int
     discount: float
     precision: Precision
+    sample: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,7 @@ class TableRecord:
     version: int
     discount: float
     precision: Precision
+    sample: int
     catalogue: int
     states: int
     divisions: int
@@ -51,7 +53,9 @@ class TableRecord:
 
     @property
     def key(self) -> TableKey:
-        return TableKey(self.model, self.version, self.discount, self.precision)
+        return TableKey(
+            self.model, self.version, self.discount, self.precision, self.sample
+        )
 
     @property
     def indexable(self) -> bool:
@@ -64,6 +68,7 @@ KEY = (
     index_tables.c.version,
     index_tables.c.discount,
     index_tables.c.precision,
+    index_tables.c.sample,
 )
 RECORD = [column for column in index_tables.c if column.name != "packed"]
 THIS = sa.and_(*(column == sa.bindparam(f"the_{column.name}") for column in KEY))
@@ -118,7 +123,8 @@ def _this(key: TableKey) -> Mapping[str, object]:
 
 
 def _key(row: sa.Row[Any]) -> TableKey:
-    return TableKey(row.model, row.version, row.discount, Precision(row.precision))
+    precision = Precision(row.precision)
+    return TableKey(row.model, row.version, row.discount, precision, row.sample)
 
 
 def _record(row: sa.Row[Any]) -> TableRecord:

@@ -6,7 +6,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from app.domain import ItemModel, ItemMood, ItemSignals, MoodRule
+from app.domain import ItemModel, ItemMood, ItemSample, ItemSignals, MoodRule
 from app.storage.records import columns
 from app.storage.store import Store
 from app.storage.tables import items, models
@@ -49,7 +49,11 @@ USERS = (
 def insert(store: Store, model: ItemModel) -> None:
     signals = None if model.signals is None else asdict(model.signals)
     mood = None if model.mood is None else asdict(model.mood)
-    store.write(INSERT, columns(model) | {"signals": signals, "mood": mood})
+    samples = None
+    if model.samples is not None:
+        samples = [asdict(sample) for sample in model.samples]
+    parts = {"signals": signals, "mood": mood, "samples": samples}
+    store.write(INSERT, columns(model) | parts)
 
 
 def latest(store: Store, model: str) -> ItemModel | None:
@@ -89,4 +93,6 @@ def _model(row: sa.Row[Any]) -> ItemModel:
     if fields["mood"] is not None:
         rule = MoodRule(**fields["mood"]["rule"])
         fields["mood"] = ItemMood(**fields["mood"] | {"rule": rule})
+    if fields["samples"] is not None:
+        fields["samples"] = [ItemSample(**sample) for sample in fields["samples"]]
     return ItemModel(**fields)

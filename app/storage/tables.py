@@ -69,6 +69,7 @@ models = sa.Table(
     sa.Column("retired", sa.Boolean, nullable=False),
     sa.Column("signals", sa.JSON(none_as_null=True), nullable=True),
     sa.Column("mood", sa.JSON(none_as_null=True), nullable=True),
+    sa.Column("samples", sa.JSON(none_as_null=True), nullable=True),
     sa.Index(None, "catalogue"),
 )
 
@@ -185,6 +186,7 @@ index_tables = sa.Table(
     sa.Column("version", sa.Integer, primary_key=True),
     sa.Column("discount", sa.Double, primary_key=True),
     sa.Column("precision", sa.String(8), primary_key=True),
+    sa.Column("sample", sa.Integer, primary_key=True, server_default="0"),
     sa.Column("catalogue", sa.Integer, nullable=False),
     sa.Column("states", sa.Integer, nullable=False),
     sa.Column("divisions", sa.Integer, nullable=False),
@@ -209,6 +211,7 @@ index_builds = sa.Table(
     sa.Column("model", ID, primary_key=True),
     sa.Column("version", sa.Integer, primary_key=True),
     sa.Column("discount", sa.Double, primary_key=True),
+    sa.Column("sample", sa.Integer, primary_key=True, server_default="0"),
     sa.Column("worker", sa.String(32), nullable=False),
     sa.Column("renewed_at", Instant, nullable=False),
     sa.Column("progress", sa.Double, nullable=False),

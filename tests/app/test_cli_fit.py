@@ -48,7 +48,16 @@ def lines(file: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in file.read_text().splitlines()]
 
 
-@pytest.mark.parametrize("more", [(), ("--types", 2), ("--clock",)])
+@pytest.mark.parametrize(
+    "more",
+    [
+        (),
+        ("--types", 2),
+        ("--clock",),
+        ("--samples", 3, "--types", 2),
+        ("--samples", 2, "--clock"),
+    ],
+)
 def test_what_is_learned_can_be_imported(
     encore: Encore, log: Path, tmp_path: Path, more: tuple[object, ...]
 ) -> None:
@@ -69,7 +78,13 @@ def test_what_is_learned_can_be_imported(
         source = model.pop("source")
         assert source.startswith("encore fit ")
         assert source.endswith(", slots of 240 s") == ("--clock" in more)
+        samples = model.pop("samples", [])
         assert Model(**model).warnings == ()
+        assert len(samples) == (more[1] if "--samples" in more else 0)
+        assert len({str(sample) for sample in samples}) == len(samples)
+        for sample in samples:
+            drawn = Model(model["states"], **sample)
+            assert (np.diff(drawn.like) >= 0).all()
     encore("migrate", "--database-url", database)
     for what in ("models", "items"):
         file = out / f"{what}.ndjson"
@@ -164,6 +179,7 @@ def test_models_that_are_answered_otherwise_are_not_learned_together(
         (("FILE", "--states", "2-9"), "must be from 2 to 8"),
         (("FILE", "--types", "3-2"), "must be from 1 to 32"),
         (("FILE", "--unit", "seconds", "--items", "none.csv"), "none.csv"),
+        (("FILE", "--samples", "9", "--states", "8"), "more than 64 in all"),
     ],
 )
 def test_what_cannot_be_read_is_told(

@@ -6,9 +6,10 @@ import numpy as np
 
 from app.domain import ItemModel, PolicyVersion, Revision
 from app.services import beliefs, decisions, slates
-from app.services.catalogue import Catalogue, Listing, Shelf, stacked
+from app.services.catalogue import Catalogue, Listing, Shelf
 from app.services.decisions import Candidates
 from app.services.live import InForce
+from app.services.mathematics import stacked
 from app.storage.packing import Entries
 from policies import NEVER, Floats, Policy, Scorer, Situation, create, ready
 from tests.catalogues import SIMPLE

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from app.api.schemas.items import ItemView
-from app.api.schemas.models import ModelView
+from app.api.schemas.model_views import ModelView
 from app.cli.session import Session, perform
 from app.demo import catalogue, trial
 from app.demo.client import Client
@@ -270,6 +270,7 @@ def model(
         reward=[0, 1],
         fractions=None,
         mood=None,
+        samples=None,
         created_at=datetime.now(UTC),
         warnings=[],
     )

@@ -77,9 +77,9 @@ def grown(encore: Encore, service: Service, tmp_path: Path) -> Service:
     return service
 
 
-def fitted(encore: Encore, service: Service, folder: Path) -> Path:
+def fitted(encore: Encore, service: Service, folder: Path, *more: object) -> Path:
     at = ("--database-url", service.settings.database_url)
-    learned = encore("fit", "--out", folder, *QUICK, *at)
+    learned = encore("fit", "--out", folder, *QUICK, *more, *at)
     assert learned.status == 0, learned.err
     return folder
 
@@ -200,6 +200,38 @@ def test_a_good_candidate_goes_live_and_is_taken_back_in_one_call(
     audited(encore, grown)
     again = grown.client.post("/v1/admin/publications/rollback")
     assert (again.status_code, again.json()["code"]) == (409, "no_publication")
+
+
+def test_samples_go_live_under_a_policy_that_draws_them(
+    encore: Encore, grown: Service, tmp_path: Path
+) -> None:
+    folder = fitted(encore, grown, tmp_path / "fitted", "--samples", 3)
+    before = what_is_there(grown)
+
+    early = publish(encore, grown, folder)
+
+    assert early.status == 1
+    [failed] = [check for check in early.json["checks"] if not check["passed"]]
+    assert failed["name"] == "policy"
+    assert "thompson" in failed["detail"]
+
+    grown.set_policy("thompson", policy={"name": "whittle"})
+    said = publish(encore, grown, folder)
+
+    assert said.status == 0, said.json
+    shown = grown.client.get("/v1/models/learned").json()
+    assert len(shown["samples"]) == 3
+    played = []
+    for _ in range(4):
+        play = grown.next("user-0")
+        played.append((play["play"], (play["item"], play["like"], play["propensity"])))
+        grown.answer(play["play"], "skip")
+    assert taken_again(grown, [play for play, _ in played]) == played
+    assert audited(encore, grown)["stale"] < USERS
+    back = grown.client.post("/v1/admin/publications/rollback")
+    assert back.status_code == 200, back.text
+    assert what_is_there(grown) == before
+    audited(encore, grown)
 
 
 def test_a_wrong_candidate_stays_out(

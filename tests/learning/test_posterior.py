@@ -2,7 +2,8 @@
 
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise, product
+from dataclasses import replace
+from itertools import combinations, pairwise, product
 
 import numpy as np
 import pytest
@@ -11,8 +12,8 @@ from numpy.testing import assert_allclose
 from learning import NONE, Plays
 from learning.bridges import halved, moves_within
 from learning.chain import Chain
-from learning.convergence import effective, r_hat
 from learning.expectation import expect
+from learning.fitting import Recipe, fit
 from learning.maximization import Smoothing
 from learning.posterior import Sampling, _counted, sample
 from learning.rests import within
@@ -126,19 +127,18 @@ def test_draws_are_those_of_the_exact_posterior() -> None:
     quantities = np.array([told(each) for each in before])
     mean = weight @ quantities / weight.sum()
     spread = np.sqrt(weight @ (quantities - mean) ** 2 / weight.sum())
-    sampling = Sampling(kept=2000, chains=4, warm_up=50, thin=3, seed=9)
+    sampling = Sampling(kept=400, sweeps=80, seed=9)
 
     found = sample(seen, before[0], REWARD, smoothing, sampling)
 
     drawn = np.array([told(each) for each in found.chains])
-    assert len(drawn) == 2000
+    assert len(drawn) == 400
     worth = weight.sum() ** 2 / (weight**2).sum()
     assert worth > 500
-    assert found.r_hat < 1.03
-    assert 200 < found.effective <= 6000
-    sure = 4 * np.sqrt(1 / worth + 1 / found.effective)
+    assert found.remembered(REWARD) < 0.1
+    sure = 4 * np.sqrt(1 / worth + 1 / len(drawn))
     assert (np.abs(drawn.mean(axis=0) - mean) < sure * spread).all()
-    assert_allclose(drawn.std(axis=0), spread, rtol=0.1)
+    assert_allclose(drawn.std(axis=0), spread, rtol=0.2)
 
 
 def test_ranks_of_the_truth_among_draws_are_uniform() -> None:
@@ -149,7 +149,7 @@ def test_ranks_of_the_truth_among_draws_are_uniform() -> None:
         true = drawn_before(rng, smoothing)
         seen = streams(sampled([true], rng, 6, 20, 2))
         seed = int(rng.integers(2**31))
-        one = Sampling(kept=9, chains=1, warm_up=30, thin=12, seed=seed)
+        one = Sampling(kept=9, sweeps=30, seed=seed)
         found = sample(seen, true, REWARD, smoothing, one)
         below = np.array([told(each) for each in found.chains]) < told(true)
         ranks.append(below.sum(axis=0))
@@ -167,12 +167,12 @@ def plays() -> Plays:
 
 
 def test_threads_draw_the_same_and_seeds_others(plays: Plays) -> None:
-    seen, first, quick = streams(plays), chain(2, 3), Sampling(6, 2, 3, 2, 5)
+    seen, first, quick = streams(plays), chain(2, 3), Sampling(6, 3, 5)
 
     alone = sample(seen, first, REWARD, Smoothing(), quick)
     with ThreadPoolExecutor(2) as pool:
         beside = sample(seen, first, REWARD, Smoothing(), quick, pool.map)
-    other = sample(seen, first, REWARD, Smoothing(), Sampling(6, 2, 3, 2, 6))
+    other = sample(seen, first, REWARD, Smoothing(), Sampling(6, 3, 6))
 
     for one, same, else_ in zip(alone.chains, beside.chains, other.chains, strict=True):
         assert (one.rest == same.rest).all()
@@ -180,26 +180,36 @@ def test_threads_draw_the_same_and_seeds_others(plays: Plays) -> None:
         assert (np.diff(one.observe[0, :, 1]) >= 0).all()
 
 
-def test_chains_by_the_clock_are_not_drawn(plays: Plays) -> None:
-    with pytest.raises(ValueError, match="by the clock"):
-        sample(
-            streams(plays), chain(1, 3, in_time=True), REWARD, Smoothing(), Sampling()
+def test_chains_by_the_clock_stay_as_they_are_learned_again(plays: Plays) -> None:
+    timed = replace(plays, seconds=np.arange(0.0, 60.0 * len(plays), 60.0))
+    seen, first = streams(timed, in_time=True), chain(1, 3, in_time=True)
+
+    found = sample(seen, first, REWARD, Smoothing(), Sampling(kept=4))
+
+    assert found.remembered(REWARD) == 1.0
+    for one, other in combinations(found.chains, 2):
+        assert one.in_time
+        assert not np.allclose(one.play, other.play)
+
+
+def test_draws_begin_as_far_apart_as_the_log_allows() -> None:
+    """Where hidden paths are told badly, sweeps alone would stay where they begin."""
+    true = Chain(
+        np.array([[0.9, 0.1], [0.8, 0.2]]),
+        np.array([[0.6, 0.4], [0.05, 0.95]]),
+        np.array([[[0.9, 0.1], [0.15, 0.85]]]),
+        np.array([0.2, 0.8]),
+    )
+    plays = sampled([true], np.random.default_rng(1), 30, 110, 4)
+    seen, smoothing = streams(plays), Smoothing()
+    learned = fit(plays, Recipe(states=2)).whole.chain
+
+    short, long = (
+        np.array([told(each) for each in posterior.chains])
+        for posterior in (
+            sample(seen, learned, REWARD, smoothing, Sampling(24, 20)),
+            sample(seen, learned, REWARD, smoothing, Sampling(24, 500, 1)),
         )
+    )
 
-
-def test_convergence_is_seen() -> None:
-    rng = np.random.default_rng(1)
-    alike = rng.normal(size=(4, 500))
-    apart = alike + np.arange(4)[:, None]
-    slow = np.zeros((4, 4000))
-    for n in range(1, 4000):
-        slow[:, n] = 0.9 * slow[:, n - 1] + rng.normal(size=4)
-
-    assert r_hat(alike) == pytest.approx(1.0, abs=0.01)
-    assert r_hat(apart) > 1.5
-    assert r_hat(np.ones((2, 20))) == 1.0
-    assert np.isnan(r_hat(alike[:, :5]))
-    assert effective(alike) > 1200
-    assert effective(apart) < 20
-    assert effective(slow) == pytest.approx(16_000 / 19, rel=0.3)
-    assert effective(np.ones((2, 20))) == 40
+    assert (short.std(axis=0) > 0.5 * long.std(axis=0)).all()

@@ -124,7 +124,7 @@ def test_intervals_hold_what_is_true_and_shrink_with_users() -> None:
         drawn.append(one)
 
     few, many = ((each.high.observe - each.low.observe).mean() for each in drawn)
-    assert many < 0.6 * few
+    assert many < 0.8 * few
     low, high = (end.observe[0, :, 1] for end in (drawn[1].low, drawn[1].high))
     truth = TIRING.observe[0, :, 1]
     assert ((low - 0.05 < truth) & (truth < high + 0.05)).all()

@@ -1,19 +1,27 @@
 """Forms of item models."""
 
 import re
-from collections.abc import Mapping, Sequence
-from datetime import datetime
-from typing import Annotated, Self
+from typing import Annotated
 
 from pydantic import AfterValidator, ConfigDict, Field, JsonValue, StringConstraints
 
+from app.api.schemas.chains import (
+    MOST_SIGNALS,
+    MOST_STATES,
+    BySignal,
+    Like,
+    LikeInMoods,
+    Observe,
+    ObserveInMoods,
+    Play,
+    Prior,
+    Probability,
+    Rest,
+)
 from app.api.schemas.fields import WORDS, Chance, Form, Note, SignalName, storable
-from app.api.schemas.pages import NextCursor
-from app.domain import ItemModel, ItemMood, ItemSignals, MoodRule
+from app.domain import ItemMood, ItemSample, MoodRule
 from app.services.new_models import NewModel
 
-MOST_STATES = 64
-MOST_SIGNALS = 32
 MOST_ANSWERS = 4
 MOST_LEVELS = 16
 NAME = re.compile(WORDS)
@@ -31,12 +39,6 @@ StateName = Annotated[
     AfterValidator(_named),
     Field(json_schema_extra={"pattern": WORDS}),
 ]
-Probability = Annotated[
-    float, Field(strict=True, allow_inf_nan=False, ge=0, le=1 + 1e-6)
-]
-Vector = Annotated[list[Probability], Field(min_length=2, max_length=MOST_STATES)]
-Matrix = Annotated[list[Vector], Field(min_length=2, max_length=MOST_STATES)]
-BySignal = Annotated[list[Probability], Field(min_length=1, max_length=MOST_SIGNALS)]
 OWN = ("signals", "observe", "reward")
 GIVEN = (
     (("like",), (*OWN, "fractions", "mood")),
@@ -123,15 +125,8 @@ class MoodForm(Form):
             description="seconds after which a play has a mood of its own; null: none",
         ),
     ]
-    like: Annotated[
-        list[Vector] | None,
-        Field(min_length=1, description="chance of a like, by mood and state"),
-    ] = None
-    observe: Annotated[
-        list[Annotated[list[BySignal], Field(min_length=2, max_length=MOST_STATES)]]
-        | None,
-        Field(min_length=1, description="chance of each signal, by mood and state"),
-    ] = None
+    like: LikeInMoods = None
+    observe: ObserveInMoods = None
     shares: Annotated[
         list[Probability] | None,
         Field(min_length=1, description="how often each mood is met; null: all alike"),
@@ -140,6 +135,28 @@ class MoodForm(Form):
     def mood(self) -> ItemMood:
         rule = MoodRule(self.answers, self.memory, self.levels, self.pause_s)
         return ItemMood(rule, self.like, self.observe, self.shares)
+
+
+class SampleMoodForm(Form):
+    """What the user's mood, which is the model's, makes of a sample."""
+
+    like: LikeInMoods = None
+    observe: ObserveInMoods = None
+
+
+class SampleForm(Form):
+    """What the model may be as well as not: of the same states, signals and mood."""
+
+    play: Play
+    rest: Rest
+    prior: Prior
+    like: Like = None
+    observe: Observe = None
+    mood: SampleMoodForm | None = None
+
+    def sample(self) -> ItemSample:
+        told: SampleForm | SampleMoodForm = self if self.mood is None else self.mood
+        return ItemSample(self.play, self.rest, self.prior, told.like, told.observe)
 
 
 class ModelForm(Form):
@@ -162,17 +179,10 @@ class ModelForm(Form):
             description="names of the hidden states of interest",
         ),
     ]
-    play: Annotated[
-        Matrix, Field(description="row i: where state i moves when the item is played")
-    ]
-    rest: Annotated[
-        Matrix,
-        Field(description="row i: where state i moves when another item is played"),
-    ]
-    like: Annotated[Vector | None, Field(description="chance of a like, by state")] = (
-        None
-    )
-    prior: Annotated[Vector, Field(description="belief about a new user")]
+    play: Play
+    rest: Rest
+    like: Like = None
+    prior: Prior
     source: Annotated[Note, Field(description="where these numbers come from")] = ""
     signals: Annotated[
         list[SignalName] | None,
@@ -182,14 +192,7 @@ class ModelForm(Form):
             description="names of what a play may tell; none of them is `none`",
         ),
     ] = None
-    observe: Annotated[
-        list[BySignal] | None,
-        Field(
-            min_length=2,
-            max_length=MOST_STATES,
-            description="row i: chance of each signal in state i",
-        ),
-    ] = None
+    observe: Observe = None
     reward: Annotated[BySignal | None, Field(description="worth of each signal")] = None
     fractions: Annotated[
         dict[SignalName, Annotated[Chance, Field(strict=True)]] | None,
@@ -199,10 +202,18 @@ class ModelForm(Form):
             description="least share played that means a signal, by its name",
         ),
     ] = None
-
     mood: Annotated[
         MoodForm | None,
         Field(description="one and the same for all models that have one"),
+    ] = None
+    samples: Annotated[
+        list[SampleForm] | None,
+        Field(
+            min_length=1,
+            max_length=MOST_STATES // 2,
+            description="draws from what is known of the model: if there are any, they"
+            " are what counts, all alike at first; of at most 64 states in all",
+        ),
     ] = None
 
     def model(self, model_id: str) -> NewModel:
@@ -219,108 +230,5 @@ class ModelForm(Form):
             self.reward,
             self.fractions,
             None if self.mood is None else self.mood.mood(),
+            None if self.samples is None else [each.sample() for each in self.samples],
         )
-
-
-class ModelMoodView(Form):
-    """How the user's last answers make a mood, and what it makes of a model."""
-
-    answers: int
-    memory: float | None
-    levels: Sequence[float]
-    pause_s: float | None
-    classes: Annotated[int, Field(description="how many moods there are")]
-    like: Annotated[
-        Sequence[Sequence[float]] | None,
-        Field(description="chance of a like, by mood and state; null: see observe"),
-    ]
-    observe: Annotated[
-        Sequence[Sequence[Sequence[float]]] | None,
-        Field(description="chance of each signal, by mood and state; null: see like"),
-    ]
-    shares: Annotated[
-        Sequence[float] | None,
-        Field(description="how often each mood is met; null: all alike"),
-    ]
-
-    @classmethod
-    def of(cls, mood: ItemMood) -> Self:
-        rule = mood.rule
-        return cls(
-            answers=rule.answers,
-            memory=rule.memory,
-            levels=rule.levels,
-            pause_s=rule.pause_s,
-            classes=len(mood.like or mood.observe or ()),
-            like=mood.like,
-            observe=mood.observe,
-            shares=mood.shares,
-        )
-
-
-class ModelView(Form):
-    """One version of a model; of one with a mood, `like` and `observe` are means."""
-
-    id: str
-    version: int
-    states: Sequence[str]
-    play: Sequence[Sequence[float]]
-    rest: Sequence[Sequence[float]]
-    like: Annotated[
-        Sequence[float],
-        Field(
-            description="expected reward of a play, by state: the chance of a like"
-            " where signals are skip and like"
-        ),
-    ]
-    prior: Sequence[float]
-    source: str
-    signals: Annotated[
-        Sequence[str], Field(description="what a play may tell, beside `none`")
-    ]
-    observe: Annotated[
-        Sequence[Sequence[float]],
-        Field(description="row i: chance of each signal in state i"),
-    ]
-    reward: Annotated[Sequence[float], Field(description="worth of each signal")]
-    fractions: Annotated[
-        Mapping[str, float] | None,
-        Field(description="least share played that means a signal; null: not given"),
-    ]
-    mood: Annotated[
-        ModelMoodView | None,
-        Field(description="null: it is answered alike in all moods"),
-    ]
-    created_at: datetime
-    warnings: Annotated[
-        Sequence[str], Field(description="allowed, but looks like a mistake")
-    ]
-
-    @classmethod
-    def of(
-        cls, model: ItemModel, signals: ItemSignals, warnings: Sequence[str]
-    ) -> Self:
-        return cls(
-            id=model.id,
-            version=model.version,
-            states=model.states,
-            play=model.play,
-            rest=model.rest,
-            like=model.like,
-            prior=model.prior,
-            source=model.source,
-            signals=signals.names,
-            observe=signals.observe,
-            reward=signals.reward,
-            fractions=signals.fractions,
-            mood=None if model.mood is None else ModelMoodView.of(model.mood),
-            created_at=model.created_at,
-            warnings=warnings,
-        )
-
-
-class ModelPage(Form):
-    """Models in order of id, each in its latest version."""
-
-    models: list[ModelView]
-    next: NextCursor
