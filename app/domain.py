@@ -353,7 +353,11 @@ class PolicyVersion:
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """A key as it is kept: never the secret, only its SHA-256."""
+    """A key as it is kept: never the secret, only its SHA-256.
+
+    expires_at: from then on it is none, None: it is one until it is revoked
+    origins:    of pages that may use it
+    """
 
     id: str
     digest: bytes = field(repr=False)
@@ -361,3 +365,5 @@ class Key:
     name: str
     created_at: datetime
     revoked_at: datetime | None = None
+    expires_at: datetime | None = None
+    origins: tuple[str, ...] = ()

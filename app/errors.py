@@ -23,7 +23,7 @@ class ClientError(Exception):
     status: ClassVar[HTTPStatus]
     code: ClassVar[str]
     title: ClassVar[str]
-    retry_after: ClassVar[int | None] = None
+    retry_after: int | None = None  # seconds
 
     def __init__(self, detail: str, *faults: Fault) -> None:
         super().__init__(detail)
@@ -200,6 +200,24 @@ class Forbidden(ClientError):
     status = HTTPStatus.FORBIDDEN
     code = "forbidden"
     title = "The key does not allow this"
+
+
+class UnknownOrigin(ClientError):
+    status = HTTPStatus.FORBIDDEN
+    code = "unknown_origin"
+    title = "The key is not for pages of this origin"
+
+
+class TooManyRequests(ClientError):
+    """`after`: seconds until another one may come."""
+
+    status = HTTPStatus.TOO_MANY_REQUESTS
+    code = "too_many_requests"
+    title = "Too many requests; try again later"
+
+    def __init__(self, detail: str, *faults: Fault, after: int) -> None:
+        super().__init__(detail, *faults)
+        self.retry_after = after
 
 
 class BodyTooLarge(ClientError):

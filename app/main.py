@@ -33,6 +33,7 @@ from app.api import (
     keys as key_routes,
 )
 from app.api.context import Context
+from app.api.cross_origin import CrossOrigin
 from app.api.middleware import BodyLimit, Observed, PathsAsSent
 from app.domain import Scope
 from app.services import keys, policy, warming
@@ -80,6 +81,7 @@ def create_app(settings: Settings | None = None) -> FastAPI:
         middleware=[
             Middleware(PathsAsSent),
             Middleware(Observed),
+            Middleware(CrossOrigin),
             Middleware(
                 BodyLimit,
                 limit=settings.body_limit,

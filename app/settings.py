@@ -49,6 +49,23 @@ class Settings(BaseSettings):
     import_limit: int = Field(
         default=1_000_000_000, ge=1_000, description="bytes in an import"
     )
+    key_rate: float | None = Field(
+        default=None,
+        gt=0,
+        allow_inf_nan=False,
+        description="requests a second that one key may make; left out: any number",
+    )
+    user_rate: float | None = Field(
+        default=None,
+        gt=0,
+        allow_inf_nan=False,
+        description="requests a second about one user; left out: any number",
+    )
+    rate_burst: timedelta = Field(
+        default=timedelta(seconds=10),
+        ge=timedelta(0),
+        description="seconds' worth of those requests that may come at once",
+    )
     queue_limit: int = Field(
         default=4096,
         ge=1,
@@ -86,7 +103,7 @@ class Settings(BaseSettings):
             raise ValueError("expected sqlite:///FILE or postgresql://…")
         return f"{SCHEMES[scheme]}://{rest}"
 
-    @field_validator("pending_ttl", mode="before")
+    @field_validator("pending_ttl", "rate_burst", mode="before")
     @classmethod
     def _plain_number_is_seconds(cls, value: object) -> object:
         if isinstance(value, str) and value.replace(".", "", 1).isdigit():

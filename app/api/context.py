@@ -3,6 +3,7 @@
 import asyncio
 from dataclasses import dataclass, field
 from typing import Annotated
+from urllib.parse import unquote
 
 from fastapi import Depends, Request, Security
 from fastapi.openapi.models import HTTPBearer
@@ -10,13 +11,14 @@ from fastapi.routing import APIRoute
 from fastapi.security.base import SecurityBase
 
 from app.domain import Key, Scope
-from app.errors import Fault, InvalidRequest, Unauthorized
+from app.errors import Fault, InvalidRequest, Unauthorized, UnknownOrigin
 from app.services import guard_fallback
 from app.services.guard_watch import GuardWatch
 from app.services.index_builder import IndexBuilder
 from app.services.keys import KeyRing
 from app.services.live import Live
 from app.services.pending import PendingPlays
+from app.services.rates import Rate
 from app.settings import Settings
 from app.storage.database import Database
 
@@ -29,12 +31,17 @@ class Context:
     database: Database
     live: Live
     keyring: KeyRing
+    key_rate: Rate = field(init=False)
+    user_rate: Rate = field(init=False)
     warm: asyncio.Event = field(default_factory=asyncio.Event)
     pending: PendingPlays = field(init=False)
     index_builder: IndexBuilder = field(init=False)
     guard: GuardWatch = field(init=False)
 
     def __post_init__(self) -> None:
+        burst_s = self.settings.rate_burst.total_seconds()
+        self.key_rate = Rate("key", self.settings.key_rate, burst_s)
+        self.user_rate = Rate("user", self.settings.user_rate, burst_s)
         self.pending = PendingPlays(self.database)
         self.index_builder = IndexBuilder(self.database)
         self.guard = GuardWatch(self.database, guard_fallback.in_use(self.settings))
@@ -78,11 +85,32 @@ class Allowed(SecurityBase):
             raise Unauthorized("Send a key: 'Authorization: Bearer …'.")
         context = context_of(request)
         key = await context.keyring.check(secret, self.scope)
+        if key.origins:
+            _check_origin(request, key)
+        context.key_rate.take(key.id)
+        if context.user_rate.per_second is not None:
+            _check_user(request, context.user_rate)
         if not context.warm.is_set():
             await context.warm.wait()
         if request.scope["query_string"]:
             _refuse_unknown(request)
         return Caller(context, key)
+
+
+def _check_origin(request: Request, key: Key) -> None:
+    """A key that is seen in one page is of no use to another."""
+    origin = request.headers.get("origin")
+    if origin is None:
+        return
+    if origin not in key.origins:
+        raise UnknownOrigin("This key is for pages of other origins.")
+    request.scope["encore.origin"] = origin
+
+
+def _check_user(request: Request, rate: Rate) -> None:
+    user = request.path_params.get("user")
+    if user is not None:
+        rate.take(unquote(user))
 
 
 def _refuse_unknown(request: Request) -> None:

@@ -24,7 +24,9 @@ from app.errors import (
     MalformedBody,
     NotReady,
     Overloaded,
+    TooManyRequests,
     Unauthorized,
+    UnknownOrigin,
     UnsupportedMediaType,
 )
 
@@ -124,7 +126,7 @@ def _common(operation: Document) -> Iterator[type[ClientError]]:
         "admin" in scopes for way in operation["security"] for scopes in way.values()
     ):
         yield Forbidden
-    yield BodyTooLarge
+    yield from (UnknownOrigin, TooManyRequests, BodyTooLarge)
     if "requestBody" in operation:
         yield from (MalformedBody, UnsupportedMediaType)
     if "requestBody" in operation or "parameters" in operation:

@@ -5,7 +5,7 @@ import hmac
 import secrets
 import time
 from collections.abc import Sequence
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from functools import partial
 
 from app.domain import Key, Scope
@@ -24,10 +24,23 @@ def digest(secret: str) -> bytes:
     return hashlib.sha256(secret.encode(errors="surrogateescape")).digest()
 
 
-def create(store: Store, scope: Scope, name: str, by: str) -> tuple[Key, str]:
+def create(
+    store: Store, scope: Scope, name: str, by: str, origins: Sequence[str] = ()
+) -> tuple[Key, str]:
     """A new key, and its secret, which is not kept."""
     secret = f"encore_{secrets.token_urlsafe(32)}"
-    return _enter(store, secret, scope, name, by), secret
+    return _enter(store, secret, scope, name, by, origins), secret
+
+
+def rotate(store: Store, key_id: str, grace: timedelta, by: str) -> tuple[Key, str]:
+    """A new key in place of one, which is good for a grace period still."""
+    found = _find(store, key_id)
+    now = datetime.now(UTC)
+    end = now + grace
+    if found.expires_at is None or found.expires_at > end:
+        keys.expire(store, key_id, end)
+    audit.note(store, now, by, "rotate_key", key_id, {"until": end.isoformat()})
+    return create(store, found.scope, found.name, by, found.origins)
 
 
 def ensure(store: Store, secret: str, scope: Scope, name: str) -> None:
@@ -37,17 +50,16 @@ def ensure(store: Store, secret: str, scope: Scope, name: str) -> None:
 
 
 def in_force(store: Store) -> Sequence[Key]:
-    return keys.in_force(store)
+    return keys.in_force(store, datetime.now(UTC))
 
 
 def revoke(store: Store, key_id: str, by: str) -> None:
     """End a key; the last one that can administer stays."""
-    present = keys.in_force(store)
-    found = next((key for key in present if key.id == key_id), None)
-    if found is None:
-        raise KeyNotFound(key_id)
-    admins = [key for key in present if key.scope is Scope.ADMIN]
-    if admins == [found]:
+    found = _find(store, key_id)
+    if found.scope is Scope.ADMIN and not any(
+        key.scope is Scope.ADMIN and key.expires_at is None and key.id != key_id
+        for key in in_force(store)
+    ):
         raise LastAdminKey(ONLY)
     now = datetime.now(UTC)
     policy_now = revision.current(store).policy
@@ -58,7 +70,7 @@ def revoke(store: Store, key_id: str, by: str) -> None:
 
 def ensure_revoked(store: Store, key_id: str) -> None:
     """Tell if a key outlived its revocation, as another one came before it."""
-    if any(key.id == key_id for key in keys.in_force(store)):
+    if any(key.id == key_id for key in in_force(store)):
         raise LastAdminKey(ONLY)
 
 
@@ -71,11 +83,12 @@ class KeyRing:
     def __init__(self, database: Database) -> None:
         self._database = database
         self._seen: dict[bytes, tuple[float, Key]] = {}
+        self._origins: tuple[float, frozenset[str]] = (-FRESH, frozenset())
 
     async def check(self, secret: str, scope: Scope) -> Key:
         """The key of this secret, if it allows the scope."""
         key = await self._find(digest(secret))
-        if key is None or key.revoked_at is not None:
+        if key is None or key.revoked_at is not None or _has_expired(key):
             raise Unauthorized("The key is not known.")
         if scope is Scope.ADMIN and key.scope is not Scope.ADMIN:
             raise Forbidden(f"A key of scope {scope} is needed, not {key.scope}.")
@@ -83,6 +96,16 @@ class KeyRing:
 
     def forget(self) -> None:
         self._seen.clear()
+
+    async def knows_origin(self, origin: str) -> bool:
+        """Whether any key is for pages of an origin."""
+        looked, found = self._origins
+        now = time.monotonic()
+        if now - looked >= FRESH:
+            present = await self._database.run(in_force)
+            found = frozenset(origin for key in present for origin in key.origins)
+            self._origins = now, found
+        return origin in found
 
     async def _find(self, wanted: bytes) -> Key | None:
         seen = self._seen.get(wanted)
@@ -98,9 +121,35 @@ class KeyRing:
         return key
 
 
-def _enter(store: Store, secret: str, scope: Scope, name: str, by: str) -> Key:
+def _has_expired(key: Key) -> bool:
+    return key.expires_at is not None and key.expires_at <= datetime.now(UTC)
+
+
+def _find(store: Store, key_id: str) -> Key:
+    for key in in_force(store):
+        if key.id == key_id:
+            return key
+    raise KeyNotFound(key_id)
+
+
+def _enter(
+    store: Store,
+    secret: str,
+    scope: Scope,
+    name: str,
+    by: str,
+    origins: Sequence[str] = (),
+) -> Key:
     now = datetime.now(UTC)
-    key = Key(secrets.token_hex(8), digest(secret), scope, name, now)
+    key = Key(
+        id=secrets.token_hex(8),
+        digest=digest(secret),
+        scope=scope,
+        name=name,
+        created_at=now,
+        origins=tuple(origins),
+    )
     keys.insert(store, key)
-    audit.note(store, now, by, "create_key", key.id, {"scope": scope, "name": name})
+    detail = {"scope": scope, "name": name, "origins": key.origins}
+    audit.note(store, now, by, "create_key", key.id, detail)
     return key

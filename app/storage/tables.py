@@ -267,6 +267,8 @@ keys = sa.Table(
     sa.Column("name", sa.Text, nullable=False),
     sa.Column("created_at", Instant, nullable=False),
     sa.Column("revoked_at", Instant, nullable=True),
+    sa.Column("expires_at", Instant, nullable=True),
+    sa.Column("origins", sa.JSON(none_as_null=True), nullable=True),
 )
 
 audit = sa.Table(

@@ -38,7 +38,8 @@ def test_a_key_serves_until_it_is_revoked(service: Service) -> None:
         "bootstrap": "admin",
         "web player": "serve",
     }
-    assert set(listed.json()["keys"][0]) == {"id", "scope", "name", "created_at"}
+    shown = {"id", "scope", "name", "created_at", "expires_at", "origins"}
+    assert set(listed.json()["keys"][0]) == shown
     assert served.json()["code"] == "nothing_to_play"
     assert revoked.status_code == 204
     assert refused.status_code == 401

@@ -5,7 +5,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -16,9 +17,16 @@ from tests.app.service import ADMIN, client_of
 
 @contextmanager
 def served(
-    database_url: str, *, workers: int = 1, extra: Mapping[str, str] | None = None
+    database_url: str,
+    *,
+    workers: int = 1,
+    extra: Mapping[str, str] | None = None,
+    log: Path | None = None,
 ) -> Iterator[httpx.Client]:
-    """A client of `encore serve` with this many workers; stopped at the end."""
+    """A client of `encore serve` with this many workers; stopped at the end.
+
+    log: a file for what it writes
+    """
     port = free_port()
     environment = os.environ | {
         "ENCORE_DATABASE_URL": database_url,
@@ -28,11 +36,14 @@ def served(
         **(extra or {}),
     }
     command = [sys.executable, "-m", "app.cli", "serve"]
-    process = subprocess.Popen(
-        [*command, "--port", str(port), "--workers", str(workers)],
-        env=environment,
-        preexec_fn=die_with_parent,  # noqa: PLW1509 - no threads run in the child
-    )
+    with nullcontext() if log is None else log.open("wb") as out:
+        process = subprocess.Popen(
+            [*command, "--port", str(port), "--workers", str(workers)],
+            env=environment,
+            stdout=out,
+            stderr=None if out is None else subprocess.STDOUT,
+            preexec_fn=die_with_parent,  # noqa: PLW1509 - no threads run in the child
+        )
     client = client_of(f"http://127.0.0.1:{port}", ADMIN)
     try:
         wait_until_ready(client, process)

@@ -1,12 +1,29 @@
 """Forms of keys."""
 
+from collections.abc import Sequence
 from datetime import datetime
 from typing import Annotated, Self
 
-from pydantic import AfterValidator, Field, StringConstraints
+from pydantic import (
+    AfterValidator,
+    Field,
+    StringConstraints,
+    ValidationInfo,
+    field_validator,
+)
 
 from app.api.schemas.fields import NO_NUL, Form, storable
 from app.domain import Key, Scope
+
+LONGEST_GRACE_S = 30 * 86_400.0
+ORIGIN = (  # as browsers send it: no path, no usual port
+    r"^https?://[a-z0-9]([a-z0-9.-]{0,251}[a-z0-9])?(:[1-9][0-9]{0,4})?$"
+)
+Origin = Annotated[
+    str,
+    StringConstraints(strict=True, max_length=270, pattern=ORIGIN),
+    Field(examples=["https://player.example.com"]),
+]
 
 
 class KeyForm(Form):
@@ -26,6 +43,37 @@ class KeyForm(Form):
         ),
     ]
 
+    origins: Annotated[
+        tuple[Origin, ...],
+        Field(
+            max_length=32,
+            description="of pages whose scripts may use it; none: no page may. For keys"
+            " of scope `serve` alone, since whoever sees the page sees the key",
+        ),
+    ] = ()
+
+    @field_validator("origins")
+    @classmethod
+    def _serve_alone(cls, origins: object, info: ValidationInfo) -> object:
+        if origins and info.data.get("scope") is Scope.ADMIN:
+            raise ValueError("a key that administers must not be seen in pages")
+        return origins
+
+
+class RotateForm(Form):
+    """How a key is replaced."""
+
+    grace_s: Annotated[
+        float,
+        Field(
+            strict=True,
+            ge=0,
+            le=LONGEST_GRACE_S,
+            allow_inf_nan=False,
+            description="seconds for which the key replaced is still good",
+        ),
+    ] = 3600.0
+
 
 class KeyView(Form):
     """A key in force; its secret is not kept."""
@@ -34,10 +82,23 @@ class KeyView(Form):
     scope: Scope
     name: str
     created_at: datetime
+    expires_at: Annotated[
+        datetime | None, Field(description="null: good until it is revoked")
+    ]
+    origins: Annotated[
+        Sequence[str], Field(description="of pages whose scripts may use it")
+    ]
 
     @classmethod
     def of(cls, key: Key) -> Self:
-        return cls(id=key.id, scope=key.scope, name=key.name, created_at=key.created_at)
+        return cls(
+            id=key.id,
+            scope=key.scope,
+            name=key.name,
+            created_at=key.created_at,
+            expires_at=key.expires_at,
+            origins=key.origins,
+        )
 
 
 class KeyList(Form):

@@ -1,0 +1,45 @@
+"""How often somebody may ask: so many requests a second, some of them at once.
+
+Each process counts for itself. The generic cell rate algorithm (ITU-T I.371) keeps one
+number for each key or user: the moment at which all that was asked would be due, if it
+had been asked evenly.
+"""
+
+import math
+import time
+from dataclasses import dataclass, field
+
+from app.errors import Fault, TooManyRequests
+
+MOST_KEPT = 100_000  # names, before those that wait for nothing are forgotten
+
+
+@dataclass(slots=True)
+class Rate:
+    """A limit for each of many.
+
+    of:         what they are, as errors name it
+    per_second: requests, None: no limit
+    burst_s:    seconds' worth of requests that may come at once
+    """
+
+    of: str
+    per_second: float | None
+    burst_s: float
+    _due: dict[str, float] = field(default_factory=dict)
+
+    def take(self, name: str) -> None:
+        """Count a request, or refuse it until one is due."""
+        if self.per_second is None:
+            return
+        now = time.monotonic()
+        due = max(self._due.get(name, now), now)
+        wait = due - now - max(self.burst_s - 1 / self.per_second, 0.0)
+        if wait > 0:
+            fault = Fault(self.of, f"at most {self.per_second:g} requests a second")
+            raise TooManyRequests(
+                f"This {self.of} asks too often.", fault, after=math.ceil(wait)
+            )
+        if len(self._due) >= MOST_KEPT:
+            self._due = {each: at for each, at in self._due.items() if at > now}
+        self._due[name] = due + 1 / self.per_second
