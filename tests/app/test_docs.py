@@ -85,8 +85,8 @@ def test_every_call_tells_what_it_may_be_answered_with(service: Service) -> None
                 assert media_type == "application/problem+json"
                 assert answer["content"][media_type]["schema"] == problem
         if "security" in operation:
-            assert {"401", "413", "503"} <= answers.keys()
-            assert ("403" in answers) is (
+            assert {"401", "403", "413", "429", "503"} <= answers.keys()
+            assert ("`forbidden`" in answers["403"]["description"]) is (
                 "admin" in operation["security"][0]["HTTPBearer"]
             )
             assert ("415" in answers) is ("requestBody" in operation)
