@@ -10,6 +10,7 @@ REFUSALS = ("08", "28", "3D", "53", "55000", "57")
 def is_outage(error: Exception) -> bool:
     return (
         isinstance(error, ABSENT)
+        or (isinstance(error, exc.InternalError) and not state_of(error))
         or state_of(error).startswith(REFUSALS)
         or "file is not a database" in str(error)
     )

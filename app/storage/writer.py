@@ -12,14 +12,13 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 from sqlalchemy.dialects.postgresql import ARRAY
-from sqlalchemy.exc import InterfaceError, OperationalError
 
 from app.errors import Overloaded
+from app.storage.outages import is_outage
 from app.storage.store import Changes, Params, chunks
 from app.storage.tables import revision, users
 
 BATCH = 256
-OUTAGE = (OSError, OperationalError, InterfaceError)
 
 ENTER_USER = sa.text(
     "INSERT INTO users (id, slot, version, last_seen)"
@@ -155,7 +154,7 @@ class Writer:
         try:
             standing = await self._apply([waiting.changes for waiting in batch])
         except Exception as error:  # noqa: BLE001 - handed to those it belongs to
-            if len(batch) > 1 and not isinstance(error, OUTAGE):
+            if len(batch) > 1 and not is_outage(error):
                 for waiting in batch:
                     await self._write([waiting])
             for waiting in batch:

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 import asyncpg
@@ -28,8 +29,9 @@ QUICK = (
 class Server:
     """PostgreSQL in a temporary directory, on a free port of the loopback address."""
 
-    def __init__(self) -> None:
+    def __init__(self, options: Sequence[str] = QUICK) -> None:
         self.bin = binaries()
+        self._options = options
         self.directory = Path(tempfile.mkdtemp(prefix="encore-postgres-"))
         self.owner: dict[str, object] = {}
         if os.geteuid() == 0:
@@ -102,7 +104,7 @@ class Server:
         )
 
     def _start(self) -> subprocess.Popen[bytes]:
-        options = [word for option in QUICK for word in ("-c", option)]
+        options = [word for option in self._options for word in ("-c", option)]
         log = self.directory / "log"
         with log.open("wb") as output:
             process: subprocess.Popen[bytes] = subprocess.Popen(  # type: ignore[call-overload]
