@@ -165,6 +165,7 @@ plays = sa.Table(
         sqlite_where=sa.text("idempotency_key IS NOT NULL"),
         postgresql_where=sa.text("idempotency_key IS NOT NULL"),
     ),
+    postgresql_partition_by="HASH (user_id)",
 )
 
 policies = sa.Table(
