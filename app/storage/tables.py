@@ -111,6 +111,8 @@ users = sa.Table(
     sa.Column("last_seen", Instant, nullable=False),
     sa.Column("clock", sa.Integer, nullable=False, server_default="0"),
     sa.Column("began", sa.BigInteger, nullable=False, server_default="0"),
+    sa.Column("kept_from", sa.Integer, nullable=False, server_default="0"),
+    sa.Column("replayed_from", sa.Integer, nullable=False, server_default="0"),
 )
 
 beliefs = sa.Table(
