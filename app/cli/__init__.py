@@ -39,6 +39,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
             "Say what other policies would have earned, by a log alone.",
         ),
         "audit": ("audit", "Compute all beliefs anew from the log, and compare."),
+        "prune": ("prune", "Drop old plays."),
         "rebuild": ("rebuild", "Replace beliefs by what the log says."),
     }
 )

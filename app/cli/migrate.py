@@ -13,6 +13,7 @@ from app.cli.session import DatabaseUrl, configured, place, revision_of, unreach
 from app.errors import DatabaseUnavailable
 from app.settings import Settings
 from app.storage import migrate
+from app.storage.citus import statements
 
 
 def command(
@@ -21,6 +22,12 @@ def command(
         str | None,
         typer.Option(help="Go back to this revision; `base` is before the first."),
     ] = None,
+    citus: Annotated[
+        bool,
+        typer.Option(
+            "--citus", help="Only print SQL that distributes the tables over nodes."
+        ),
+    ] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Go back without asking.")] = False,
     database_url: DatabaseUrl = None,
     as_json: AsJson = False,
@@ -29,6 +36,9 @@ def command(
 
     To do it again changes nothing. Going back loses what newer tables hold.
     """
+    if citus:
+        say("\n".join(f"{statement};" for statement in statements()))
+        return
     settings = configured(database_url=database_url)
     if down_to is not None and not yes:
         typer.confirm(f"Go back to {down_to}, and lose what is newer?", abort=True)

@@ -22,6 +22,7 @@ from app.services.beside import beside
 from app.settings import Settings
 
 GRACE = 30  # seconds that requests have to end in once the service is to stop
+SILENCE = 30  # seconds after which a worker that says nothing is replaced
 
 logger = structlog.get_logger()
 
@@ -92,5 +93,6 @@ def serve_together(settings: Settings) -> None:
             log_config=None,
             access_log=False,
             timeout_graceful_shutdown=GRACE,
+            timeout_worker_healthcheck=SILENCE,
         )
         Multiprocess(config, sockets=[taken]).run()

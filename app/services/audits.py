@@ -85,7 +85,8 @@ def rebuild_user(store: Store, live: Live, user_id: str) -> None:
     catalogue = live.catalogue(store, revision)
     log = plays.closed(store, user_id)
     pending = plays.pending_of(store, user_id)
-    slot = _slot(log[-1].slot if log else -1, pending)
+    kept_from, _ = users.kept(store, user_id)
+    slot = _slot(log[-1].slot if log else kept_from - 1, pending)
     entries = beliefs.rebuilt(catalogue, log, settled(slot, pending))
     users.move(
         store,
@@ -119,12 +120,14 @@ def _slot(last: int, pending: Slate | None) -> int:
 def _slots(store: Store, user: User) -> Iterator[str]:
     slots = plays.slots(store, user.id)
     by_plays_alone = user.anchor.clock == 0
-    if by_plays_alone and [each.closed for each in slots] != list(range(len(slots))):
-        yield "the slots of its plays are not 0, 1, 2 and so on"
-    last = slots[-1].closed if slots else -1
-    due = _slot(last, plays.pending_of(store, user.id))
-    if user.slot != due:
-        yield f"its slot is {user.slot}, but the log leads to {due}"
+    first, _ = users.kept(store, user.id)
+    due = list(range(first, first + len(slots)))
+    if by_plays_alone and [each.closed for each in slots] != due:
+        yield f"the slots of its plays are not {first}, {first + 1} and so on"
+    last = slots[-1].closed if slots else first - 1
+    leads_to = _slot(last, plays.pending_of(store, user.id))
+    if user.slot != leads_to:
+        yield f"its slot is {user.slot}, but the log leads to {leads_to}"
     for slot in slots:
         if slot.slates != 1:
             yield f"its slot {slot.closed} is shared by plays not chosen together"

@@ -10,7 +10,7 @@ from app.domain import Play, PolicyVersion, Source
 from app.errors import PlayNotFound
 from app.services.catalogue import Shelf
 from app.services.live import Live
-from app.services.replays import Replay, replay
+from app.services.replays import Replay, is_known, replay
 from app.storage import plays, revision
 from app.storage.store import Store
 from policies import NEVER, Choice, expected_like
@@ -65,14 +65,19 @@ class Record:
 
 
 def record(store: Store, live: Live, play_id: UUID, *, explain: bool) -> Record:
-    """A play, and if asked why it was chosen; of reported plays nobody can tell."""
+    """A play, and if asked why it was chosen.
+
+    Of reported plays nobody can tell, nor where plays before them were dropped.
+    """
     play = plays.by_id(store, play_id)
     if play is None:
         raise PlayNotFound(play_id)
     shelf = live.catalogue(store, revision.current(store)).shelf(play.item)
     if play.policy is None or play.source is not Source.RECOMMENDED:
         return Record(play, shelf, None, None)
-    explanation = explained(replay(store, live, play)) if explain else None
+    explanation = None
+    if explain and is_known(store, play):
+        explanation = explained(replay(store, live, play))
     return Record(play, shelf, live.version(store, play.policy), explanation)
 
 

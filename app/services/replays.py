@@ -10,7 +10,7 @@ from app.services.decisions import Decision
 from app.services.live import Live
 from app.services.mathematics import stacked
 from app.storage import index_tables as stored
-from app.storage import items, models, plays, revision
+from app.storage import items, models, plays, revision, users
 from app.storage.store import Store
 
 
@@ -20,6 +20,12 @@ class Replay:
 
     catalogue: Catalogue
     decision: Decision
+
+
+def is_known(store: Store, play: Play) -> bool:
+    """Whether the plays are there still that a play was chosen by."""
+    _, replayed_from = users.kept(store, play.user)
+    return play.slot >= replayed_from
 
 
 def replay(store: Store, live: Live, play: Play) -> Replay:

@@ -26,6 +26,19 @@ CLOSE = (
     )
 )
 FORGET = plays.delete().where(plays.c.user_id == sa.bindparam("user"))
+DROP = plays.delete().where(
+    plays.c.user_id == sa.bindparam("user"), plays.c.closed < sa.bindparam("slot")
+)
+COUNT_BEFORE = (
+    sa.select(sa.func.count())
+    .select_from(plays)
+    .where(
+        plays.c.user_id == sa.bindparam("user"), plays.c.closed < sa.bindparam("slot")
+    )
+)
+FIRST_SINCE = sa.select(sa.func.min(plays.c.closed)).where(
+    plays.c.user_id == sa.bindparam("user"), plays.c.created_at >= sa.bindparam("at")
+)
 BY_KEY = sa.select(plays).where(
     plays.c.user_id == sa.bindparam("user"),
     plays.c.idempotency_key == sa.bindparam("key"),
@@ -165,6 +178,23 @@ def close(store: Store, play: Play, slot: int, answer: Answer, at: datetime) -> 
 
 def forget(store: Store, user: str) -> None:
     store.write(FORGET, {"user": user})
+
+
+def drop(store: Store, user: str, slot: int) -> None:
+    """Drop the plays that a user closed before a slot."""
+    store.write(DROP, {"user": user, "slot": slot})
+
+
+def count_before(store: Store, user: str, slot: int) -> int:
+    """How many plays a user closed before a slot."""
+    row = store.row(COUNT_BEFORE, {"user": user, "slot": slot})
+    return 0 if row is None else int(row[0])
+
+
+def first_since(store: Store, user: str, at: datetime) -> int | None:
+    """The first slot with a play that was offered at a moment or later."""
+    row = store.row(FIRST_SINCE, {"user": user, "at": at})
+    return None if row is None else row[0]
 
 
 def by_id(store: Store, play: UUID) -> Play | None:

@@ -111,6 +111,8 @@ users = sa.Table(
     sa.Column("last_seen", Instant, nullable=False),
     sa.Column("clock", sa.Integer, nullable=False, server_default="0"),
     sa.Column("began", sa.BigInteger, nullable=False, server_default="0"),
+    sa.Column("kept_from", sa.Integer, nullable=False, server_default="0"),
+    sa.Column("replayed_from", sa.Integer, nullable=False, server_default="0"),
 )
 
 beliefs = sa.Table(
@@ -165,6 +167,7 @@ plays = sa.Table(
         sqlite_where=sa.text("idempotency_key IS NOT NULL"),
         postgresql_where=sa.text("idempotency_key IS NOT NULL"),
     ),
+    postgresql_partition_by="HASH (user_id)",
 )
 
 policies = sa.Table(

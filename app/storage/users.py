@@ -66,6 +66,17 @@ MOVE = (
         began=sa.bindparam("to_began"),
     )
 )
+KEPT = sa.select(users.c.kept_from, users.c.replayed_from).where(
+    users.c.id == sa.bindparam("user")
+)
+KEEP_FROM = (
+    users.update()
+    .where(users.c.id == sa.bindparam("user"))
+    .values(
+        kept_from=sa.bindparam("to_kept_from"),
+        replayed_from=sa.bindparam("to_replayed_from"),
+    )
+)
 FORGET = users.delete().where(users.c.id == sa.bindparam("user"))
 FORGET_BELIEFS = beliefs.delete().where(beliefs.c.user_id == sa.bindparam("user"))
 KEEP_BELIEFS = sa.text(
@@ -143,6 +154,18 @@ def move(
 
 def keep_beliefs(store: Store, user: str, epoch: int, packed: bytes) -> None:
     store.write(KEEP_BELIEFS, {"user": user, "epoch": epoch, "packed": packed})
+
+
+def kept(store: Store, user: str) -> tuple[int, int]:
+    """The first slot whose plays were not dropped, and whose choices can be retaken."""
+    row = store.row(KEPT, {"user": user})
+    return (0, 0) if row is None else (row.kept_from, row.replayed_from)
+
+
+def keep_from(store: Store, user: str, slot: int, *, replayed_from: int) -> None:
+    """Note that plays before a slot are dropped; `move` the user besides."""
+    given = {"to_kept_from": slot, "to_replayed_from": replayed_from}
+    store.write(KEEP_FROM, {"user": user, **given})
 
 
 def forget(store: Store, user: User) -> None:

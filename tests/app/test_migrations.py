@@ -1,5 +1,9 @@
 """The revisions lead to the tables, and back."""
 
+import asyncio
+from typing import Any
+
+import asyncpg
 import pytest
 from alembic import command
 
@@ -7,6 +11,7 @@ from app.settings import Settings
 from app.storage import migrate
 from app.storage.tables import metadata
 from tests.app.clocks import later, set_clock
+from tests.app.commands import Encore
 from tests.app.service import Service
 from tests.app.test_audits import audit
 from tests.catalogues import SERIES, load, paper_example
@@ -120,3 +125,79 @@ def test_every_table_of_a_user_is_keyed_by_the_user_first() -> None:
         if "user_id" in table.columns:
             first = next(iter(table.primary_key.columns))
             assert first.name == "user_id", table.name
+
+
+CITUS = """
+CREATE TABLE distributed (name text, by_column text);
+CREATE FUNCTION create_distributed_table(name text, by_column text,
+    colocate_with text DEFAULT NULL) RETURNS void LANGUAGE sql
+    AS 'INSERT INTO distributed VALUES (name, by_column)';
+CREATE FUNCTION create_reference_table(name text) RETURNS void LANGUAGE sql
+    AS 'INSERT INTO distributed VALUES (name, NULL)';
+"""
+ALONE = """
+SELECT i.indexrelid::regclass::text FROM pg_index i
+    JOIN distributed d ON d.name::regclass = i.indrelid
+    WHERE d.by_column IS NOT NULL AND i.indisunique AND (
+        SELECT a.attname FROM pg_attribute a
+        WHERE a.attrelid = i.indrelid AND a.attnum = i.indkey[0]) <> d.by_column
+"""
+
+
+async def on_postgresql(url: str, *scripts: str) -> list[Any]:
+    connection = await asyncpg.connect(url)
+    for script in scripts[:-1]:
+        await connection.execute(script)
+    found = [row[0] for row in await connection.fetch(scripts[-1])]
+    await connection.close()
+    return found
+
+
+def test_plays_are_shared_out_by_user_on_postgresql(example: Service) -> None:
+    users = [f"user-{number}" for number in range(40)]
+    plays = [example.next(user)["play"] for user in users]
+    for play in plays:
+        example.answer(play, "like")
+    if example.settings.on_sqlite:
+        return
+    url = example.settings.database_url.replace("+asyncpg", "")
+
+    held = asyncio.run(
+        on_postgresql(url, "SELECT count(*) FROM plays GROUP BY tableoid")
+    )
+
+    assert sum(held) == len(plays)
+    assert len(held) == 8
+
+
+def test_tables_can_be_distributed_by_user(
+    encore: Encore, postgres_url: str, settings: Settings
+) -> None:
+    """PostgreSQL checks the SQL; what Citus would do is written down."""
+    printed = encore("migrate", "--citus").out
+    changed = settings.with_changes(database_url=postgres_url)
+    before = Service.start(changed)
+    load(before.client, paper_example(2))
+    before.answer(before.next("ann")["play"], "like")
+    before.stop()
+
+    found = asyncio.run(on_postgresql(postgres_url, CITUS, printed, ALONE))
+
+    assert found == []
+    by_user = asyncio.run(
+        on_postgresql(
+            postgres_url, "SELECT name FROM distributed WHERE by_column IS NOT NULL"
+        )
+    )
+    everything = asyncio.run(
+        on_postgresql(postgres_url, "SELECT name FROM distributed")
+    )
+    assert by_user == ["users", "beliefs", "plays"]
+    assert sorted(everything) == sorted(table.name for table in metadata.sorted_tables)
+    after = Service.start(changed)
+    after.answer(after.next("ann")["play"], "skip")
+    told = after.client.get("/v1/users/ann/plays").json()["plays"]
+    assert [play["signal"] for play in told] == ["skip", "like"]
+    [audited] = audit(after)
+    assert audited.findings == []
+    after.stop()

@@ -95,7 +95,13 @@ class ExplanationView(Form):
 class PlayRecord(PlayView):
     """A play, and why it was chosen."""
 
-    explanation: ExplanationView | None = None
+    explanation: Annotated[
+        ExplanationView | None,
+        Field(
+            description="null: not asked for; reported; or plays that it was chosen by"
+            " were dropped since"
+        ),
+    ] = None
 
     @classmethod
     def of_record(cls, record: Record) -> Self:
