@@ -14,6 +14,7 @@ from learning.reading.sources import Format, Source
 
 UNREADABLE = (
     pl.exceptions.PolarsError,
+    pl.exceptions.PanicException,  # its Parquet reader's word for a damaged file
     OSError,
     EOFError,
     zlib.error,
@@ -39,6 +40,8 @@ def _fault(source: Source) -> Fault | None:
     try:
         for _ in _good_rows(source):
             good += 1
+    except pl.exceptions.PanicException:
+        return Fault(file, None, None, "is damaged")
     except (OSError, EOFError, zlib.error, pl.exceptions.PolarsError) as error:
         return Fault(file, None, None, f"cannot be read: {_first_line(error)}")
     except UnicodeDecodeError:
@@ -56,7 +59,8 @@ def _good_rows(source: Source) -> Iterator[object]:
         case Format.NDJSON:
             yield from _ndjson_rows(source)
         case Format.PARQUET:
-            pl.scan_parquet(source.file, glob=False).count().collect(engine="streaming")
+            cells = pl.scan_parquet(source.file, glob=False).null_count()
+            cells.collect(engine="streaming")
 
 
 def _csv_rows(source: Source) -> Iterator[object]:
@@ -83,5 +87,5 @@ def _number(text: str) -> float:
     raise ValueError(f"{text} is no number of JSON")
 
 
-def _first_line(error: Exception) -> str:
+def _first_line(error: BaseException) -> str:
     return str(error).partition("\n")[0]
