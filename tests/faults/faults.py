@@ -30,6 +30,7 @@ from tests.faults.postgres import durable, replicated
 USERS = 8
 LOCKED_S = 7.0  # longer than anybody waits for a connection
 FULL_S = 1.5
+TRIES = 10
 NO_LIMIT = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
 MIGRATION = '''"""A release that has not been written yet."""
 
@@ -220,13 +221,7 @@ def _upgraded(later: Path) -> Outcome:
         with listening([old.url, f"http://127.0.0.1:{port}"], USERS) as told:
             told.recovered(time.monotonic())
             migrated = time.monotonic()
-            subprocess.run(
-                [sys.executable, "-m", "app.cli", "migrate"],
-                env=os.environ | {"ENCORE_DATABASE_URL": old.database_url},
-                cwd=later,
-                check=True,
-                capture_output=True,
-            )
+            _migrate(old.database_url, later)
             recovered = told.recovered(migrated)
             new = Encore(old.database_url, folder=later, port=port)
             try:
@@ -243,6 +238,16 @@ def _upgraded(later: Path) -> Outcome:
             )
         finally:
             new.stop()
+
+
+def _migrate(database_url: str, release: Path) -> None:
+    """Until it has its locks: it waits for them four seconds, and may run again."""
+    command = [sys.executable, "-m", "app.cli", "migrate"]
+    surroundings = os.environ | {"ENCORE_DATABASE_URL": database_url}
+    for left in reversed(range(TRIES)):
+        done = subprocess.run(command, env=surroundings, cwd=release, check=left == 0)
+        if done.returncode == 0:
+            return
 
 
 def _later_release(folder: Path) -> Path:

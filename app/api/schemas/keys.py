@@ -6,7 +6,9 @@ from typing import Annotated, Self
 
 from pydantic import (
     AfterValidator,
+    ConfigDict,
     Field,
+    JsonValue,
     StringConstraints,
     ValidationInfo,
     field_validator,
@@ -26,8 +28,19 @@ Origin = Annotated[
 ]
 
 
+FOR_WHOM: list[JsonValue] = [
+    {"title": "serve", "properties": {"scope": {"const": "serve"}}},
+    {
+        "title": "admin",
+        "properties": {"scope": {"const": "admin"}, "origins": {"maxItems": 0}},
+    },
+]
+
+
 class KeyForm(Form):
     """A key to make."""
+
+    model_config = ConfigDict(json_schema_extra={"oneOf": FOR_WHOM})
 
     scope: Annotated[
         Scope, Field(description="`serve` listeners, or `admin`: also administer")

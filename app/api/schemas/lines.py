@@ -6,10 +6,16 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Annotated, Self, TypeVar
 
-from pydantic import AfterValidator, Field, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationError,
+    model_validator,
+)
 
 from app.api.faults import message_of
-from app.api.schemas.fields import Chance, Form, Id, Note, SignalName
+from app.api.schemas.fields import Chance, Form, Id, Note, SignalName, whole
 from app.api.schemas.items import ItemForm
 from app.api.schemas.models import ModelForm
 from app.errors import Fault
@@ -67,7 +73,9 @@ class PlayLine(Form):
     fraction: Annotated[Chance | None, Field(strict=True)] = None
     at: Moment | None = None
     together: Annotated[bool, Field(strict=True)] = False
-    slot: Annotated[int | None, Field(strict=True, ge=0, le=MOST_SLOT)] = None
+    slot: Annotated[
+        int | None, Field(strict=True, ge=0, le=MOST_SLOT), BeforeValidator(whole)
+    ] = None
 
     @model_validator(mode="after")
     def _answered(self) -> Self:

@@ -3,7 +3,14 @@
 import re
 from typing import Annotated
 
-from pydantic import AfterValidator, ConfigDict, Field, JsonValue, StringConstraints
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    JsonValue,
+    StringConstraints,
+)
 
 from app.api.schemas.chains import (
     MOST_SIGNALS,
@@ -18,7 +25,15 @@ from app.api.schemas.chains import (
     Probability,
     Rest,
 )
-from app.api.schemas.fields import WORDS, Chance, Form, Note, SignalName, storable
+from app.api.schemas.fields import (
+    WORDS,
+    Chance,
+    Form,
+    Note,
+    SignalName,
+    storable,
+    whole,
+)
 from app.domain import ItemMood, ItemSample, MoodRule
 from app.services.new_models import NewModel
 
@@ -99,6 +114,7 @@ class MoodForm(Form):
             le=MOST_ANSWERS,
             description="of the last answers, how many are told apart",
         ),
+        BeforeValidator(whole),
     ]
     memory: Annotated[
         float | None,
