@@ -1,0 +1,1 @@
+"""The load that `encore bench` makes: listeners who ask, answer and check, on time."""
