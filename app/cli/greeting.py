@@ -19,6 +19,11 @@ class Invitation:
     play: UUID
 
     @property
+    def player(self) -> str:
+        """A page; what follows the # stays in the browser."""
+        return f"{self.url}/#key={self.serve_key}"
+
+    @property
     def calls(self) -> dict[str, str]:
         """Lines for a POSIX shell, to be pasted in order."""
         return {
@@ -44,6 +49,7 @@ class Invitation:
 
 def greet(invitation: Invitation) -> None:
     out.rule("Encore is ready", style="green")
+    say(f"Player     {invitation.player}")
     say(f"API        {invitation.url}/v1")
     say(f"Docs       {invitation.url}/docs")
     say(f"Admin key  {invitation.admin_key}")
@@ -62,6 +68,7 @@ def greet(invitation: Invitation) -> None:
 def describe(invitation: Invitation) -> dict[str, object]:
     """The same for programs."""
     return {
+        "player": invitation.player,
         "api": f"{invitation.url}/v1",
         "docs": f"{invitation.url}/docs",
         "admin_key": invitation.admin_key,

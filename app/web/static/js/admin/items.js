@@ -1,0 +1,87 @@
+/** Items: listed, looked for, edited, imported with the errors by line. */
+
+import { call, send } from "../api.js";
+import { element } from "../dom.js";
+import { button, card, field, outcome, table } from "./parts.js";
+
+const KINDS = { csv: "text/csv", ndjson: "application/x-ndjson" };
+
+export function items(view) {
+  const rows = element("div");
+  const search = element("input", { type: "search", placeholder: "an id", autocomplete: "off" });
+  const told = outcome();
+  const editor = editorOf(told, () => look());
+  const file = element("input", { type: "file", accept: ".csv,.ndjson,.jsonl" });
+  const imported = outcome();
+  const bring = (dry) => async () => {
+    const chosen = file.files[0];
+    if (!chosen) return imported.of(async () => Promise.reject(new Error("Choose a file first.")));
+    const kind = KINDS[chosen.name.endsWith(".csv") ? "csv" : "ndjson"];
+    await imported.of(
+      () => send("/v1/items/import", { method: "POST", query: { dry_run: dry }, body: chosen, type: kind }),
+      (found) => `${dry ? "Would be" : "Is"} done: ${Object.entries(found).map(([name, value]) => `${name} ${value}`).join(", ")}.`,
+    );
+    await look();
+  };
+  search.addEventListener("change", () => void editor.open(search.value.trim()));
+  view.append(
+    card("Find or edit", field("Item", search), editor.place, told.place),
+    card(
+      "Import",
+      element("p", { class: "hint" }, "CSV (id, model, title, tags, payload) or NDJSON. All lines are taken, or none."),
+      element("div", { class: "row" }, field("File", file), button("Try it", {}, bring(true)), button("Import", { class: "primary" }, bring(false))),
+      imported.place,
+    ),
+    card("Items", rows),
+  );
+  async function look() {
+    const { items: found, next } = await call("/v1/items", { query: { limit: 100 } });
+    const shown = found.map((item) => [
+      button(item.id, { class: "quiet" }, () => editor.open(item.id)),
+      item.title,
+      item.model,
+      item.tags.join(", "),
+    ]);
+    rows.replaceChildren(
+      table(["Id", "Title", "Model", "Tags"], shown),
+      element("p", { class: "hint" }, next ? "The first 100; find others by their id." : `${found.length} items.`),
+    );
+  }
+  return look;
+}
+
+function editorOf(told, changed) {
+  const place = element("div", { class: "told" });
+  const open = async (id) => {
+    place.replaceChildren();
+    const item = await told.of(() => call(`/v1/items/${encodeURIComponent(id)}`), () => "");
+    if (item === null) return;
+    const title = element("input", { maxlength: "500" });
+    const model = element("input");
+    const tags = element("input");
+    const payload = element("textarea", { spellcheck: "false" });
+    [title.value, model.value, tags.value] = [item.title, item.model, item.tags.join(", ")];
+    payload.value = JSON.stringify(item.payload, null, 1);
+    const path = `/v1/items/${encodeURIComponent(id)}`;
+    const form = () => ({
+      title: title.value,
+      model: model.value,
+      tags: tags.value.split(",").map((tag) => tag.trim()).filter(Boolean),
+      payload: JSON.parse(payload.value),
+    });
+    const save = () => told.of(async () => call(path, { method: "PUT", body: form() }), () => `${id} is saved.`).then(changed);
+    const retire = () => {
+      if (confirm(`Retire ${id}? It is offered no more; its history stays.`)) {
+        void told.of(() => call(path, { method: "DELETE" }), () => `${id} is retired.`).then(changed);
+      }
+    };
+    place.replaceChildren(
+      element("h3", {}, id),
+      element("div", { class: "fields" }, field("Title", title), field("Model", model), field("Tags", tags, "with commas between them")),
+      field("Payload", payload),
+      element("p", { class: "row told" }, button("Save", { class: "primary" }, save), button("Retire", { class: "danger" }, retire)),
+    );
+    title.focus();
+  };
+  return { place, open };
+}

@@ -1,0 +1,77 @@
+"""Takes the pictures in docs/pages, of the demo: `python -m tests.pages`."""
+
+import tempfile
+from pathlib import Path
+
+from playwright.sync_api import Page, expect, sync_playwright
+
+from app.cli.session import perform
+from app.demo import catalogue
+from app.settings import Settings
+from app.storage import migrate
+from tests.app.service import ADMIN, Service
+from tests.pages.browser import OPTIONS, WINDOWS, Watched, chromium
+
+PICTURES = Path(__file__).parents[2] / "docs" / "pages"
+PLAYS = 24
+VIEWS = ("overview", "policy", "models", "items", "users/light", "health")
+LIKED = 60  # per cent; from this chance on a play is liked, but for each fifth
+
+
+def main() -> None:
+    """Start a service with the demo's catalogue, and look at each page of it."""
+    PICTURES.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="encore-pages-") as folder:
+        url = f"sqlite:///{folder}/encore.db"
+        migrate.upgrade(url)
+        settings = Settings(database_url=url, port=0, bootstrap_key=ADMIN)
+        perform(
+            settings,
+            lambda session: catalogue.ensure(session.database, session.live),
+        )
+        service = Service.start(settings.with_changes(log_level="error"))
+        try:
+            _look(service)
+        finally:
+            service.stop()
+
+
+def _look(service: Service) -> None:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=chromium(), args=list(OPTIONS)
+        )
+        for name, window in WINDOWS.items():
+            with Watched(browser, window) as watched:
+                watched.page.goto(f"{service.url}/?user={name}#key={ADMIN}")
+                _listen(watched.page)
+                picture = PICTURES / f"listen-{name}.png"
+                watched.page.screenshot(path=picture, full_page=name != "phone")
+                _operate(watched.page, service.url, name)
+        browser.close()
+
+
+def _operate(page: Page, url: str, name: str) -> None:
+    page.goto(f"{url}/admin#key={ADMIN}")
+    views = VIEWS if name == "light" else VIEWS[:1]
+    for view in views:
+        page.evaluate("view => { location.hash = view; }", view)
+        page.wait_for_load_state("networkidle")
+        page.wait_for_timeout(1000)
+        title = view.split("/")[0]
+        page.screenshot(path=PICTURES / f"{title}-{name}.png")
+
+
+def _listen(page: Page) -> None:
+    page.wait_for_selector("#like:enabled")
+    for number in range(PLAYS):
+        said = page.locator("#slot").inner_text()
+        likely = int(page.locator("#chance").inner_text().split()[0]) >= LIKED
+        page.keyboard.press("ArrowRight" if likely ^ (number % 5 == 0) else "ArrowLeft")
+        expect(page.locator("#slot")).not_to_have_text(said)
+        expect(page.locator("#like")).to_be_enabled()
+    page.wait_for_timeout(2000)  # bars have come to rest
+
+
+if __name__ == "__main__":
+    main()
