@@ -9,6 +9,8 @@ from uuid import UUID
 SKIP = "skip"  # the signals of a model that names none of its own
 LIKE = "like"
 NO_ANSWER = "none"  # it was played, and never answered; no model names a signal so
+GUARD = "guard"  # puts policies in force, too, as if it were a key
+HOLDOUT = "holdout"  # users whom an experiment leaves alone, as if they were an arm
 
 
 class Source(StrEnum):
@@ -46,18 +48,20 @@ class Clock:
 
 @dataclass(frozen=True, slots=True)
 class Revision:
-    """Which catalogue, policy and clock are in force.
+    """Which catalogue, policy, experiment and clock are in force.
 
     catalogue: counts every change of an item, a model or an index table
     epoch:     the catalogue in which a belief was last given a new meaning: beliefs
                of an earlier epoch must be rebuilt from the log of plays
     policy:    version of the policy in force
+    experiment: counts every start, change and end of an experiment
     """
 
     catalogue: int
     epoch: int
     policy: int
     clock: Clock = Clock()
+    experiment: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +158,12 @@ class ItemModel:
         """Names of its signals, in order."""
         return (SKIP, LIKE) if self.signals is None else self.signals.names
 
+    @property
+    def rewards(self) -> Mapping[str, float]:
+        """What each of its signals is worth."""
+        worth = (0.0, 1.0) if self.signals is None else self.signals.reward
+        return dict(zip(self.answers, worth, strict=True))
+
 
 @dataclass(frozen=True, slots=True)
 class Publication:
@@ -220,6 +230,9 @@ class Play:
     slot:      the user's slot when it was decided
     closed:    the slot in which it took place, None while it is unanswered
     policy:    version of the policy that chose it, None where the user did
+    rung:      of that policy, None where the user did; 0: the policy itself
+    experiment: version of the experiment that made it that policy, None: none did
+    arm:       of the experiment
     catalogue: the catalogue in which it was chosen
     predicted: expected reward that was believed: with skip and like, chance of a like
     propensity: chance with which the policy chose this item
@@ -248,6 +261,9 @@ class Play:
     fraction: float | None = None
     answered_at: datetime | None = None
     idempotency_key: str | None = None
+    experiment: int | None = None
+    arm: str | None = None
+    rung: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -339,8 +355,22 @@ class User:
 
 
 @dataclass(frozen=True, slots=True)
+class Described:
+    """A policy by its name and all of its parameters."""
+
+    name: str
+    params: Mapping[str, object]
+
+
+@dataclass(frozen=True, slots=True)
 class PolicyVersion:
-    """A policy that was put in force. `restores`: the version a rollback went to."""
+    """A policy that was put in force, for all users or those of an arm.
+
+    restores:   the version a rollback went to
+    experiment: version of the experiment that has it as an arm or a shadow, None: it
+                was in force for all
+    rungs:      what decides where it takes too long or fails, None: nobody said
+    """
 
     version: int
     name: str
@@ -349,6 +379,70 @@ class PolicyVersion:
     activated_at: datetime
     by: str
     restores: int | None = None
+    experiment: int | None = None
+    rungs: Sequence[Described] | None = None
+
+    @property
+    def is_fallback(self) -> bool:
+        """Whether the guard has put it in place of another."""
+        return self.by == GUARD and self.restores is None
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """Users who are served by one policy.
+
+    policy: its version; None: whichever is in force
+    """
+
+    name: str
+    policy: int | None
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Shadow:
+    """A policy that decides, too, without being served. `sample`: share of plays."""
+
+    name: str
+    policy: int
+    sample: float
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """One version of an experiment.
+
+    origin:  the version with which it began
+    salt:    makes its split of users its own
+    holdout: share of users who are in none of the arms
+    control: the arm that others are compared with, None: there are no arms
+    split:   how users are divided: the end of each range of slices, and whose it is
+    policy:  version of the policy in force as it was put
+    """
+
+    version: int
+    name: str
+    origin: int
+    salt: str
+    arms: Sequence[Arm]
+    holdout: float
+    control: str | None
+    split: Sequence[tuple[int, str]]
+    shadows: Sequence[Shadow]
+    policy: int
+    note: str
+    at: datetime
+    by: str
+    ended_at: datetime | None = None
+    ended_by: str | None = None
+    ended_note: str | None = None
+
+    @property
+    def policies(self) -> Sequence[int]:
+        """Versions of the policies of its own, those of arms first."""
+        arms = [arm.policy for arm in self.arms if arm.policy is not None]
+        return [*arms, *(shadow.policy for shadow in self.shadows)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -78,6 +78,11 @@ class UnusableModel(Invalid):
     title = "The matrices and chances make no model"
 
 
+class UnusableExperiment(Invalid):
+    code = "invalid_experiment"
+    title = "Arms and shares make no experiment"
+
+
 class TooLargeToBound(Invalid):
     code = "too_large_to_bound"
     title = "A bound of this catalogue would take too long"
@@ -129,6 +134,11 @@ class KeyNotFound(NotFound):
 
     def __init__(self, key: str) -> None:
         super().__init__(f"There is no key {key!r}.", Fault("id", "unknown", key))
+
+
+class ExperimentNotFound(NotFound):
+    code = "experiment_not_found"
+    title = "No such experiment"
 
 
 class UserNotFound(NotFound):
@@ -183,6 +193,23 @@ class LastAdminKey(Conflict):
 class NoEarlierPolicy(Conflict):
     code = "no_earlier_policy"
     title = "There is no earlier policy to return to"
+
+
+class ExperimentRuns(Conflict):
+    code = "experiment_runs"
+    title = "Another experiment runs"
+
+    def __init__(self, name: str) -> None:
+        fault = Fault("name", f"is {name!r} for as long as that runs")
+        super().__init__(f"End the experiment {name!r} first.", fault)
+
+
+class ExperimentFixed(Conflict):
+    code = "experiment_fixed"
+    title = "What an experiment compares is fixed while it runs"
+
+    def __init__(self, name: str, *faults: Fault) -> None:
+        super().__init__(f"That would make {name!r} another experiment.", *faults)
 
 
 class NoPublication(Conflict):

@@ -2,6 +2,8 @@
 
 import logging
 import sys
+import time
+from collections.abc import Hashable
 from typing import Literal
 
 import structlog
@@ -41,3 +43,21 @@ def configure(level: Level) -> None:
     root = logging.getLogger()
     root.handlers = [handler]
     root.setLevel(max(number, logging.WARNING))
+
+
+class Seldom:
+    """Lets one line of a kind through in so many seconds, and counts the others."""
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
+        self._last: dict[Hashable, float] = {}
+        self._held: dict[Hashable, int] = {}
+
+    def take(self, kind: Hashable) -> int | None:
+        """How many were held back since the last one; None: this one is, too."""
+        now = time.monotonic()
+        if now - self._last.get(kind, -self._seconds) < self._seconds:
+            self._held[kind] = self._held.get(kind, 0) + 1
+            return None
+        self._last[kind] = now
+        return self._held.pop(kind, 0)

@@ -26,7 +26,8 @@ from policies.mood import LIKED, NEUTRAL, Mood, MoodState
 from policies.parameters import Bounds, Parameter, parameters
 from policies.policy import Policy, Scorer
 from policies.ready import ready
-from policies.registry import POLICIES, create, params_of, presets
+from policies.registry import POLICIES, create, description, params_of, presets
+from policies.rungs import LAST_RESORTS, rungs
 from policies.situation import ALONE, NEVER, Situation, Slate
 from policies.tables import NO_TABLES, Tables, build_all
 from policies.thompson import draws_samples
@@ -34,6 +35,7 @@ from policies.warm_up import variants, warm_up
 
 __all__ = [
     "ALONE",
+    "LAST_RESORTS",
     "LIKE",
     "LIKED",
     "MOST_DISCOUNT",
@@ -76,6 +78,7 @@ __all__ = [
     "chances",
     "choose",
     "create",
+    "description",
     "draws_samples",
     "effort",
     "expected_like",
@@ -88,6 +91,7 @@ __all__ = [
     "replayed",
     "rested",
     "returned",
+    "rungs",
     "untouched",
     "variants",
     "warm_up",

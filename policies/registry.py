@@ -76,14 +76,22 @@ def params_of(
     policy: Policy, policies: Mapping[str, type[Policy]] = POLICIES
 ) -> dict[str, object]:
     """Return all parameters of a policy, as `create` takes them."""
-    names = {kind: name for name, kind in policies.items()}
     params: dict[str, object] = {}
     for parameter in parameters(type(policy)):
         value = getattr(policy, parameter.name)
         if parameter.is_policy:
-            value = {"name": names[type(value)], "params": params_of(value, policies)}
+            name, followed = description(value, policies)
+            value = {"name": name, "params": followed}
         params[parameter.name] = value
     return params
+
+
+def description(
+    policy: Policy, policies: Mapping[str, type[Policy]] = POLICIES
+) -> tuple[str, dict[str, object]]:
+    """Return the name of a policy, and all of its parameters."""
+    names = {kind: name for name, kind in policies.items()}
+    return names[type(policy)], params_of(policy, policies)
 
 
 def _preset(policy: type[Policy], params: Mapping[str, object]) -> Mapping[str, object]:

@@ -18,8 +18,8 @@ from app.settings import Settings
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 LOCKS = {
-    "requirements.lock": ("build",),
-    "requirements-dev.lock": ("build", "dask", "dev", "gym", "learn", "paper"),
+    "requirements.lock": ("build", "otel"),
+    "requirements-dev.lock": ("build", "dask", "dev", "gym", "learn", "otel", "paper"),
 }
 PINNED = re.compile(r"^([a-z0-9-]+)(?:\[[a-z,]+\])?==(\S+)", re.MULTILINE)
 LINK = re.compile(r"\[[^\]]*\]\(([^)#]+)(?:#[^)]*)?\)")

@@ -46,8 +46,7 @@ async def swap_policy(
     swapped = await caller.database.run(
         partial(
             policy.swap,
-            name=form.name,
-            params=form.params.model_dump(exclude_unset=True),
+            described=form.described(),
             note=form.note,
             by=caller.key.id,
         )

@@ -17,8 +17,11 @@ from app.services.guard_watch import GuardWatch
 from app.services.index_builder import IndexBuilder
 from app.services.keys import KeyRing
 from app.services.live import Live
+from app.services.overviews import Overviews
 from app.services.pending import PendingPlays
 from app.services.rates import Rate
+from app.services.shadow_watch import ShadowWatch
+from app.services.tally_watch import TallyWatch
 from app.settings import Settings
 from app.storage.database import Database
 
@@ -35,16 +38,22 @@ class Context:
     user_rate: Rate = field(init=False)
     warm: asyncio.Event = field(default_factory=asyncio.Event)
     pending: PendingPlays = field(init=False)
+    overviews: Overviews = field(init=False)
     index_builder: IndexBuilder = field(init=False)
     guard: GuardWatch = field(init=False)
+    tallies: TallyWatch = field(init=False)
+    shadows: ShadowWatch = field(init=False)
 
     def __post_init__(self) -> None:
         burst_s = self.settings.rate_burst.total_seconds()
         self.key_rate = Rate("key", self.settings.key_rate, burst_s)
         self.user_rate = Rate("user", self.settings.user_rate, burst_s)
         self.pending = PendingPlays(self.database)
+        self.overviews = Overviews(self.database)
         self.index_builder = IndexBuilder(self.database)
         self.guard = GuardWatch(self.database, guard_fallback.in_use(self.settings))
+        self.tallies = TallyWatch(self.database, self.settings.pending_ttl)
+        self.shadows = ShadowWatch(self.database, self.live)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,9 +96,10 @@ class Allowed(SecurityBase):
         key = await context.keyring.check(secret, self.scope)
         if key.origins:
             _check_origin(request, key)
-        context.key_rate.take(key.id)
-        if context.user_rate.per_second is not None:
-            _check_user(request, context.user_rate)
+        if context.user_rate.per_second is None:
+            context.key_rate.take(key.id)
+        else:
+            _take_both(request, context, key)
         if not context.warm.is_set():
             await context.warm.wait()
         if request.scope["query_string"]:
@@ -107,10 +117,18 @@ def _check_origin(request: Request, key: Key) -> None:
     request.scope["encore.origin"] = origin
 
 
-def _check_user(request: Request, rate: Rate) -> None:
+def _take_both(request: Request, context: Context, key: Key) -> None:
+    """Count a request of a key and about a user, if there is one: both or neither.
+
+    Else whoever asks too often about one user would be in the way of all others.
+    """
     user = request.path_params.get("user")
     if user is not None:
-        rate.take(unquote(user))
+        user = unquote(user)
+        context.user_rate.check(user)
+    context.key_rate.take(key.id)
+    if user is not None:
+        context.user_rate.take(user)
 
 
 def _refuse_unknown(request: Request) -> None:

@@ -100,6 +100,8 @@ async def give_feedback(
         )
     )
     observed.answered(feedback)
+    if feedback.next is not None:
+        caller.context.shadows.consider(feedback.next.offer.considered)
     return FeedbackTaken.of(feedback, count)
 
 
@@ -115,6 +117,7 @@ async def _next(
     )
     found = await caller.database.run(choose)
     observed.served(found)
+    caller.context.shadows.consider(found.offer.considered)
     shown = upcoming(found.offer, count)
     if not explain:
         return shown

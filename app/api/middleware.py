@@ -115,7 +115,7 @@ def _request_id(scope: Scope) -> str:
 
 
 def _observe(scope: Scope, status: int, took: float) -> None:
-    route = _route(scope)
+    route = route_of(scope)
     metrics.requests(scope["method"], route, status).observe(took)
     named = {
         name: unquote(str(value))[:128]
@@ -134,7 +134,7 @@ def _observe(scope: Scope, status: int, took: float) -> None:
     )
 
 
-def _route(scope: Scope) -> str:
+def route_of(scope: Scope) -> str:
     """The template of a path, or what it is mounted on; few, whatever clients send."""
     mounted = scope.get("root_path", "").removeprefix(scope.get("app_root_path", ""))
     return getattr(scope.get("route"), "path_format", mounted or "unmatched")

@@ -11,6 +11,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException
 
+from app import metrics
 from app.api.faults import clean, fault_of, short, shown
 from app.api.schemas.problem import Problem
 from app.errors import (
@@ -147,6 +148,7 @@ def _problem(status: HTTPStatus, code: str, title: str, detail: str) -> Problem:
 
 
 def _response(problem: Problem, headers: Mapping[str, str] | None = None) -> Response:
+    metrics.errors(problem.code).inc()
     return Response(
         problem.model_dump_json(),
         problem.status,

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Header, Query, Response
 
 from app.api import observed
-from app.api.context import Serving
+from app.api.context import Caller, Serving
 from app.api.problems import responses
 from app.api.schemas.fields import NO_NAMES, Chance, Id, Names, PathId
 from app.api.schemas.listening import FeedbackTaken
@@ -21,11 +21,12 @@ from app.api.schemas.pages import (
 )
 from app.api.schemas.plays import PlayView
 from app.api.schemas.users import (
+    LONGEST,
     BeliefPage,
     BeliefView,
     ForecastView,
-    PlannedPlay,
     Playlist,
+    PlaylistForm,
     PlayPage,
     ReportForm,
     UserExport,
@@ -43,6 +44,7 @@ from app.errors import (
 )
 from app.services import forecasts, listening, playlists, profiles
 from app.services.answers import reply_of
+from app.services.playlists import Wanted
 
 router = APIRouter(prefix="/v1/users/{user}", tags=["users"])
 REPORTED_BEFORE: dict[int | str, dict[str, Any]] = {
@@ -124,7 +126,7 @@ async def read_playlist(
     tag: Names = NO_NAMES,
     candidate: Names = NO_NAMES,
     exclude: Names = NO_NAMES,
-    length: Annotated[int, Query(ge=1, le=200)] = 20,
+    length: Annotated[int, Query(ge=1, le=LONGEST)] = 20,
     repeats: Annotated[
         bool, Query(description="an item may be planned more than once")
     ] = False,
@@ -134,17 +136,16 @@ async def read_playlist(
     Without repeats the plan ends where no item is left.
     """
     selection = Selection(tuple(tag), tuple(candidate) or None, tuple(exclude))
-    plan = partial(
-        playlists.plan,
-        live=caller.live,
-        user_id=user,
-        selection=selection,
-        length=length,
-        repeats=repeats,
-    )
-    planned = await caller.database.run(plan)
-    plays = [PlannedPlay.of(play) for play in planned.plays]
-    return Playlist(user=user, mood=mood_view(planned.mood), plays=plays)
+    wanted = Wanted(selection, length, repeats)
+    return await _planned(caller, user, wanted)
+
+
+@router.post("/playlist", responses=responses(NothingToPlay, UnknownItems))
+async def plan_playlist(caller: Serving, user: PathId, form: PlaylistForm) -> Playlist:
+    """Do the same by another policy, or with filters too long for an address."""
+    tried = None if form.policy is None else form.policy.described()
+    wanted = Wanted(form.selection(), form.length, form.repeats, tried)
+    return await _planned(caller, user, wanted)
 
 
 @router.get("/items/{item}/forecast", responses=responses(ItemNotFound))
@@ -182,3 +183,11 @@ async def export_user(caller: Serving, user: PathId) -> Response:
 async def erase_user(caller: Serving, user: PathId) -> None:
     """Erase a user: plays, beliefs, all."""
     await caller.database.run(partial(profiles.erase, user_id=user, by=caller.key.id))
+
+
+async def _planned(caller: Caller, user: str, wanted: Wanted) -> Playlist:
+    plan = partial(playlists.plan, live=caller.live, user_id=user, wanted=wanted)
+    planned = await caller.database.run(plan)
+    if wanted.tried is None:
+        observed.planned(planned)
+    return Playlist.of(user, planned)

@@ -38,6 +38,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = MappingProxyType(
             "off_policy",
             "Say what other policies would have earned, by a log alone.",
         ),
+        "bench": ("bench", "Load a running service, and check all that it answers."),
         "audit": ("audit", "Compute all beliefs anew from the log, and compare."),
         "prune": ("prune", "Drop old plays."),
         "rebuild": ("rebuild", "Replace beliefs by what the log says."),

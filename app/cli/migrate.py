@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from alembic.util import CommandError
 
-from app.cli.console import AsJson, Failed, say, show_json
+from app.cli.console import AsJson, Failed, note, say, show_json
 from app.cli.session import DatabaseUrl, configured, place, revision_of, unreachable
 from app.errors import DatabaseUnavailable
 from app.settings import Settings
@@ -43,10 +43,12 @@ def command(
     if down_to is not None and not yes:
         typer.confirm(f"Go back to {down_to}, and lose what is newer?", abort=True)
     before = asyncio.run(revision_of(settings))
-    if down_to is None:
-        bring_up_to_date(settings)
-    else:
+    if down_to is not None:
         _bring_back(settings, down_to)
+    elif migrate.is_behind(before):
+        bring_up_to_date(settings)
+    elif before != migrate.head():
+        note("The tables are of a later release, and are left as they are.")
     after = asyncio.run(revision_of(settings))
     if as_json:
         show_json({"database": place(settings), "from": before, "to": after})

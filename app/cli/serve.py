@@ -3,23 +3,29 @@
 import asyncio
 import os
 import signal
+import socket
 import tempfile
 from contextlib import suppress
+from functools import partial
+from importlib import import_module
+from pathlib import Path
 from typing import Annotated
 
 import structlog
 import typer
 import uvicorn
+from uvicorn.config import STARTUP_FAILURE
 from uvicorn.supervisors import Multiprocess
 
-from app import logs
+from app import logs, workers
 from app.cli import sockets
-from app.cli.console import note
-from app.cli.session import DatabaseUrl, configured, opened
+from app.cli.console import Failed, note
+from app.cli.session import DatabaseUrl, configured, revision_of, unsuited
 from app.main import create_app
 from app.services import warming
 from app.services.beside import beside
-from app.settings import Settings
+from app.settings import Settings, Telemetry
+from app.storage import migrate
 
 GRACE = 30  # seconds that requests have to end in once the service is to stop
 SILENCE = 30  # seconds after which a worker that says nothing is replaced
@@ -31,8 +37,9 @@ def command(
     *,
     host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
     port: Annotated[int | None, typer.Option(help="Port; 0 is any free one.")] = None,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes. SQLite takes exactly one.")
+    processes: Annotated[
+        int | None,
+        typer.Option("--workers", help="Processes. SQLite takes exactly one."),
     ] = None,
     database_url: DatabaseUrl = None,
 ) -> None:
@@ -42,11 +49,13 @@ def command(
     processes on PostgreSQL only: SQLite has one writer.
     """
     settings = configured(
-        host=host, port=port, workers=workers, database_url=database_url
+        host=host, port=port, workers=processes, database_url=database_url
     )
     if settings.on_sqlite and settings.workers > 1:
         note(f"SQLite has one writer: serving with 1 process, not {settings.workers}.")
         settings = settings.with_changes(workers=1)
+    logs.configure(settings.log_level)
+    _look_for_packages()
     asyncio.run(_look(settings))
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # told to stop: no fault
     with suppress(KeyboardInterrupt):
@@ -56,10 +65,26 @@ def command(
             serve_together(settings)
 
 
+def _look_for_packages() -> None:
+    if Telemetry().on:
+        try:
+            import_module("app.telemetry")
+        except ModuleNotFoundError as error:
+            extra = "it comes with the extra `otel`, or unset OTEL_*"
+            raise Failed(f"{error.name} is missing: {extra}.", status=2) from error
+
+
 async def _look(settings: Settings) -> None:
-    """See that the database answers and is migrated, before a port is taken."""
-    async with opened(settings):
-        pass
+    """See that the database answers and is migrated, before a port is taken.
+
+    Tables of a later release will do: what is old must be able to start once more while
+    a new release comes, and when it is taken back.
+    """
+    present = await revision_of(settings)
+    if migrate.is_behind(present):
+        raise unsuited(settings, present)
+    if present != migrate.head():
+        logger.warning("the database is of a later release", revision=present)
 
 
 def serve_alone(settings: Settings) -> None:
@@ -78,14 +103,17 @@ def serve_alone(settings: Settings) -> None:
 
 def serve_together(settings: Settings) -> None:
     """Serve with several processes, which find the decision code compiled."""
-    logs.configure(settings.log_level)
     logger.info("compiling")
     beside(warming.warm_up).result()
     taken = sockets.listen(settings.host, settings.port)
     logger.info("serving", address=sockets.address(taken), workers=settings.workers)
-    with tempfile.TemporaryDirectory(prefix="encore-metrics-") as metrics:
-        os.environ["PROMETHEUS_MULTIPROC_DIR"] = metrics
-        os.environ["ENCORE_DATABASE_URL"] = settings.database_url
+    with tempfile.TemporaryDirectory(prefix="encore-metrics-", dir=_memory()) as shared:
+        os.environ |= {
+            workers.DIRECTORY: shared,
+            "ENCORE_WORKERS": str(settings.workers),
+        }
+        if Settings().database_url != settings.database_url:
+            os.environ["ENCORE_DATABASE_URL"] = settings.database_url
         config = uvicorn.Config(
             "app.main:create_app",
             factory=True,
@@ -95,4 +123,23 @@ def serve_together(settings: Settings) -> None:
             timeout_graceful_shutdown=GRACE,
             timeout_worker_healthcheck=SILENCE,
         )
-        Multiprocess(config, sockets=[taken]).run()
+        together = Multiprocess(config, sockets=[taken])
+        beside(partial(_close_at_end, together, taken))
+        together.run()
+    if any(process.exitcode == STARTUP_FAILURE for process in together.processes):
+        raise Failed("A process could not start: see the log.", status=STARTUP_FAILURE)
+
+
+def _close_at_end(together: Multiprocess, taken: socket.socket) -> None:
+    """Let go of the port with the processes, else callers wait for whom nobody answers.
+
+    They are refused at once instead, and can go elsewhere.
+    """
+    together.should_exit.wait()
+    taken.close()
+
+
+def _memory() -> str | None:
+    """Where files are never written to a disk, for which requests would wait."""
+    memory = Path("/dev/shm")  # noqa: S108 - a folder of our own is made in it
+    return str(memory) if os.access(memory, os.W_OK) else None

@@ -10,13 +10,14 @@ from urllib.parse import urlsplit
 
 import typer
 from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
 from app.api.faults import message_of
 from app.cli.console import Failed
 from app.errors import DatabaseUnavailable
 from app.services.guard_fallback import Fallback
 from app.services.live import Live
-from app.settings import Settings
+from app.settings import Settings, Telemetry
 from app.storage import migrate
 from app.storage.database import Database
 from app.storage.store import Store
@@ -48,15 +49,20 @@ def configured(**options: object) -> Settings:
     try:
         settings = Settings.model_validate(given)
         Fallback.of(settings)
+        Telemetry()
     except ValidationError as error:
-        faults = [
-            f"ENCORE_{str(fault['loc'][0]).upper()}: {message_of(fault)}"
-            for fault in error.errors()
-        ]
+        faults = [_fault(error.title, fault) for fault in error.errors()]
         raise Failed("; ".join(faults), status=2) from error
     except ValueError as error:
         raise Failed(str(error), status=2) from error
     return settings
+
+
+def _fault(title: str, fault: ErrorDetails) -> str:
+    """What is wrong, with the variable where one is at fault."""
+    prefix = "OTEL_" if title == Telemetry.__name__ else "ENCORE_"
+    names = [f"{prefix}{name}".upper() for name in fault["loc"]]
+    return ": ".join((*names, message_of(fault)))
 
 
 def perform(
@@ -85,10 +91,7 @@ async def opened(settings: Settings) -> AsyncIterator[Session]:
     """Open a database, and see that its tables are those of this release."""
     present = await revision_of(settings)
     if present != migrate.head():
-        raise Failed(
-            f"The tables of {place(settings)} are not those of this release (there:"
-            f" {present or 'none'}, needed: {migrate.head()}). Run `encore migrate`."
-        )
+        raise unsuited(settings, present)
     database = Database(settings)
     try:
         yield Session(settings, database, Live(settings.pending_ttl))
@@ -96,6 +99,15 @@ async def opened(settings: Settings) -> AsyncIterator[Session]:
         raise unreachable(settings, error) from error
     finally:
         await database.close()
+
+
+def unsuited(settings: Settings, present: str | None) -> Failed:
+    """Say that a database has other tables."""
+    there = f"there: {present or 'none'}, needed: {migrate.head()}"
+    whose = f"The tables of {place(settings)} are not those of this release ({there})."
+    if migrate.is_behind(present):
+        return Failed(f"{whose} Run `encore migrate`.")
+    return Failed(f"{whose} They are of a later one: use its `encore`.")
 
 
 async def revision_of(settings: Settings) -> str | None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from app.demo.client import Client
 from app.demo.listeners import Listener, Nature
+from app.domain import Described
 from app.services.policy import history, swap
 from app.storage.store import Store
 
@@ -119,7 +120,8 @@ def clean_up(store: Store, by: str) -> None:
     earlier = [policy for policy in past if policy.note != NOTE]
     if earlier and past[0].note == NOTE:
         last = earlier[0]
-        swap(store, last.name, last.params, f"after a {NOTE} cut short", by)
+        put_back = Described(last.name, last.params)
+        swap(store, put_back, f"after a {NOTE} cut short", by)
 
 
 async def _lived(

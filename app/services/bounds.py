@@ -64,7 +64,7 @@ def outlook(store: Store, live: Live, discount: float | None, depth: int) -> Out
     """That of the present catalogue, at the discount in use if none is given."""
     known = revision.current(store)
     catalogue = live.catalogue(store, known)
-    worth = in_use(store, known).discount if discount is None else discount
+    worth = in_use(store, known)[0].discount if discount is None else discount
 
     def look() -> Outlook:
         opening = openings.of_catalogue(catalogue)

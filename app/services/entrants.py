@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from app.errors import Fault
+from app.services.in_force import find_policy
 from app.services.lines import LineFile
-from app.services.live import find_policy
 from app.services.policy_catalogue import made
 from app.storage import revision
 from app.storage.store import Store

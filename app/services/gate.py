@@ -17,12 +17,12 @@ from app.domain import ItemModel
 from app.services import gate_checks, index_builds, logs, models
 from app.services.candidates import Candidate
 from app.services.gate_checks import Check, Setting
+from app.services.in_force import needs
 from app.services.index_tables import Built
 from app.services.live import Live
 from app.services.mathematics import mood_rule, stacked
 from app.services.models import Outcome
 from app.services.mood_rules import common
-from app.services.policy import need_in_force
 from app.storage import revision
 from app.storage.database import Database
 from app.storage.store import Store
@@ -145,8 +145,8 @@ def _setting(
     serials = [catalogue.known_serial(arm) for arm in arms]
     return Setting(
         [models.outcome(store, new) for new in candidate.models],
-        index_builds.in_use(store, known).discount,
-        need_in_force(store, known),
+        index_builds.in_use(store, known)[0].discount,
+        needs(store, known),
         catalogue.versions,
         [catalogue.listing.model[serial] for serial in serials],
         sum(catalogue.serial_of(item) is not None for item in candidate.items),

@@ -33,7 +33,7 @@ class Setting:
 
     outcomes: of the models of the candidate
     discount: of the tables that are wanted
-    need:     what tables the policy looks scores up in, None: none
+    needs:    what tables policies in force look scores up in
     versions: models in force
     follows:  which of them each arm of the log follows
     known:    items of the candidate that are in the catalogue
@@ -42,7 +42,7 @@ class Setting:
 
     outcomes: Sequence[Outcome]
     discount: float
-    need: Need | None
+    needs: Sequence[Need]
     versions: Sequence[ItemModel]
     follows: Sequence[str]
     known: int
@@ -94,7 +94,7 @@ def policy(setting: Setting) -> Check:
     """Whether the policy in force can choose plays by such models."""
     learned = [each.model for each in setting.outcomes]
     try:
-        check_usable(learned, setting.need)
+        check_usable(learned, setting.needs)
     except (SamplesApart, TooManyStates) as error:
         return Check("policy", passed=False, detail=error.detail)
     return Check("policy", passed=True, detail="the one in force can use them")

@@ -10,12 +10,18 @@ from datetime import datetime, timedelta
 from functools import partial
 from uuid import UUID
 
-from app.domain import PolicyVersion, Revision
-from app.services import guard_reading, guard_rules, guard_scores, policy
+from app.domain import GUARD, PolicyVersion
+from app.services import (
+    guard_reading,
+    guard_regime,
+    guard_rules,
+    guard_scores,
+    policy,
+)
 from app.services.guard_fallback import Fallback
-from app.services.guard_reading import Told
+from app.services.guard_regime import Regime
 from app.services.guard_rules import TERMS, Terms
-from app.services.live import find_policy
+from app.services.guard_scores import Outcome
 from app.storage import judgements, models, revision
 from app.storage.judgements import Judgement, Progress, State
 from app.storage.store import Store
@@ -38,9 +44,9 @@ class Checked:
 
 
 def is_due(store: Store, now: datetime, every: timedelta) -> bool:
-    """Whether no process has checked for a while."""
+    """Whether no process has checked for a while, also if the clock went back."""
     progress = judgements.progress(store)
-    return progress is None or now - progress.checked_at >= every
+    return progress is None or abs(now - progress.checked_at) >= every
 
 
 def check(
@@ -52,6 +58,7 @@ def check(
     """
     count = revision.checks(store)
     known = revision.current(store)
+    regime = guard_regime.present(store, known)
     before = {judgement.model: judgement for judgement in judgements.every(store)}
     present = models.at(store, known.catalogue)
     after = _read_to(store, now, terms)
@@ -59,11 +66,13 @@ def check(
     judged = []
     for model in present:
         judgement = guard_rules.opened(model, before.get(model.id), now)
-        told = reading.told.get(model.id, ())
+        told = regime.of(reading.told.get(model.id, ()))
+        if told:
+            judgement = guard_rules.under(judgement, regime.number)
         judged.append(_judged(store, judgement, told, terms, now))
     replaced = None
     if fallback is not None:
-        judged, replaced = _act(store, known, judged, fallback, terms, now)
+        judged, replaced = _act(store, regime, judged, fallback, terms, now)
     _keep(store, before, judged)
     judgements.go_on(store, Progress(reading.after, now))
     revision.advance_checks(store, count)
@@ -80,15 +89,11 @@ def _read_to(store: Store, now: datetime, terms: Terms) -> UUID:
 def _judged(
     store: Store,
     judgement: Judgement,
-    told: Sequence[Told],
+    new: Sequence[Outcome],
     terms: Terms,
     now: datetime,
 ) -> Judgement:
-    """The judgement of a model after further plays: those of the latest policy."""
-    latest = max((play.policy for play in told), default=0)
-    if latest > judgement.policy:
-        judgement = guard_rules.restarted(judgement, latest)
-    new = [play.outcome for play in told if play.policy == judgement.policy]
+    """The judgement of a model after further plays."""
     if not new:
         return judgement
     judgement = replace(
@@ -105,23 +110,23 @@ def _judged(
 
 def _act(
     store: Store,
-    known: Revision,
+    regime: Regime,
     judged: list[Judgement],
     fallback: Fallback,
     terms: Terms,
     now: datetime,
 ) -> tuple[list[Judgement], PolicyVersion | None]:
     """Replace the policy in force if that is called for."""
-    present = find_policy(store, known.policy)
-    if present.by == policy.GUARD and now - present.activated_at < terms.pause:
+    known, present = regime.known, regime.present
+    if present.by == GUARD and now - present.activated_at < terms.pause:
         return judged, None
-    if policy.has_fallen(present):
+    if present.is_fallback:
         if any(judgement.state is not State.CALM for judgement in judged):
             return judged, None
         note = "No model is in alarm any more."
         return judged, policy.put_back(store, known, note).version
-    faulty = guard_rules.faulty(judged, present, terms)
-    if not faulty or not fallback.would_help(present):
+    faulty = guard_rules.faulty(judged, regime.number, terms)
+    if not faulty or not any(map(fallback.would_help, regime.policies)):
         return judged, None
     fell = [
         replace(one, falls=one.falls + 1) if one.model in faulty else one

@@ -45,7 +45,7 @@ def read(
 
     settled: plays chosen before are not waited for
     """
-    rewards = {(model.id, model.version): _rewards(model) for model in models}
+    rewards = {(model.id, model.version): model.rewards for model in models}
     reading = Reading(after)
     for _ in range(MOST // PAGE):
         page = judgements.plays_after(store, reading.after, PAGE)
@@ -73,8 +73,3 @@ def _take(reading: Reading, play: PlayRow, rewards: Mapping[str, float]) -> None
         return
     outcome = (number_of(play.user), play.item, play.predicted, reward)
     reading.told.setdefault(play.model, []).append(Told(play.policy, outcome))
-
-
-def _rewards(model: ItemModel) -> Mapping[str, float]:
-    worth = (0.0, 1.0) if model.signals is None else model.signals.reward
-    return dict(zip(model.answers, worth, strict=True))

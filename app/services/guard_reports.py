@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from app.domain import PolicyVersion
-from app.services import guard_rules, guard_scores, policy
+from app.services import guard_regime, guard_rules, guard_scores, policy
 from app.services.guard_fallback import Fallback
+from app.services.guard_regime import Regime
 from app.services.guard_rules import TERMS
 from app.services.guard_scores import Scores
-from app.services.live import find_policy
 from app.settings import Settings
 from app.storage import judgements, revision
 from app.storage.judgements import Judgement
@@ -43,15 +43,19 @@ class Report:
 
 
 def report(store: Store, settings: Settings) -> Report:
-    present = find_policy(store, revision.current(store).policy)
+    regime = guard_regime.present(store, revision.current(store))
+    present = regime.present
+    before = None
+    if present.is_fallback:
+        before = policy.find_before(store, present.version).version
     progress = judgements.progress(store)
     fallback = Fallback.of(settings)
     return Report(
         settings.guard,
         fallback,
         present,
-        present.version - 1 if policy.has_fallen(present) else None,
-        _outlook(settings.guard, fallback, present),
+        before,
+        _outlook(settings.guard, fallback, regime, before),
         None if progress is None else progress.checked_at,
         [_judged(judgement) for judgement in judgements.every(store)],
     )
@@ -67,15 +71,14 @@ def _judged(judgement: Judgement) -> Judged:
     )
 
 
-def _outlook(mode: str, fallback: Fallback, present: PolicyVersion) -> str:
+def _outlook(mode: str, fallback: Fallback, regime: Regime, before: int | None) -> str:
     """What would happen next, in words."""
     if mode == "off":
         return "Nothing: the guard is off."
     if mode == "watch":
         return "An alarm would be told, and change nothing."
-    if policy.has_fallen(present):
-        before = present.version - 1
+    if before is not None:
         return f"Version {before} is put back once every model is calm."
-    if not fallback.would_help(present):
+    if not any(map(fallback.would_help, regime.policies)):
         return "An alarm would be told: the policy in force asks no model."
     return f"An alarm would put {fallback.name} in force."

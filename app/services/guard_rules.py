@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timedelta
 
-from app.domain import ItemModel, PolicyVersion
+from app.domain import ItemModel
 from app.services import guard_scores
 from app.services.guard_scores import Scores
 from app.storage.judgements import Judgement, State
@@ -60,8 +60,10 @@ def opened(model: ItemModel, before: Judgement | None, at: datetime) -> Judgemen
     return Judgement(model.id, model.version, policy=0, state=state, since=at)
 
 
-def restarted(judgement: Judgement, policy: int) -> Judgement:
-    """The same state under another policy, on whose plays there is no evidence yet."""
+def under(judgement: Judgement, policy: int) -> Judgement:
+    """The same state; under another policy, there is no evidence yet on its plays."""
+    if judgement.policy == policy:
+        return judgement
     return replace(judgement, policy=policy, streak=0, answers=0, fresh=0, outcomes=b"")
 
 
@@ -97,14 +99,12 @@ def needed(judgement: Judgement, terms: Terms) -> int:
     return terms.looks << min(max(judgement.falls - 1, 0), MOST_DOUBLINGS)
 
 
-def faulty(
-    judged: Sequence[Judgement], present: PolicyVersion, terms: Terms
-) -> Sequence[str]:
+def faulty(judged: Sequence[Judgement], policy: int, terms: Terms) -> Sequence[str]:
     """Models in alarm by what was answered under a policy; none if they matter little.
 
     What was answered under another does not count: whoever swapped has the last word.
     """
-    under = [one for one in judged if one.policy == present.version]
+    under = [one for one in judged if one.policy == policy]
     worse = [
         one for one in under if one.state is State.ALARM and one.streak >= terms.looks
     ]

@@ -1,17 +1,15 @@
 """Checks now and then that models predict as they should, and tells what it finds."""
 
-import asyncio
-from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from functools import partial
 
 import structlog
 
 from app import metrics
-from app.errors import ClientError
-from app.services import guard, guard_scores, policy
+from app.services import guard, guard_scores
 from app.services.guard import Checked
 from app.services.guard_fallback import Fallback
+from app.services.rounds import Rounds
 from app.storage import judgements
 from app.storage.database import Database
 from app.storage.judgements import Judgement, State
@@ -27,30 +25,17 @@ class GuardWatch:
     def __init__(self, database: Database, fallback: Fallback | None) -> None:
         self._database = database
         self._fallback = fallback
-        self._stopping = asyncio.Event()
         self._shown: set[str] = set()
-
-    def stop(self) -> None:
-        """Do not begin another check; `run` ends soon."""
-        self._stopping.set()
-
-    async def run(self) -> None:
-        while not self._stopping.is_set():
-            try:
-                await self._turn()
-            except ClientError as error:
-                logger.warning("the guard is delayed", reason=error.detail)
-            except Exception:  # whatever it is, serving goes on
-                logger.exception("the guard is delayed")
-            with suppress(TimeoutError):
-                await asyncio.wait_for(self._stopping.wait(), EVERY)
+        self._rounds = Rounds(self._turn, EVERY, "the guard is delayed")
+        self.stop = self._rounds.stop
+        self.run = self._rounds.run
 
     async def _turn(self) -> None:
         """Check if no other process just did; show what is known in any case."""
         every = timedelta(seconds=0.9 * EVERY)
         due = partial(guard.is_due, now=datetime.now(UTC), every=every)
         more = await self._database.run(due)
-        while more and not self._stopping.is_set():
+        while more and not self._rounds.is_stopping:
             check = partial(guard.check, now=datetime.now(UTC), fallback=self._fallback)
             checked = await self._database.run(check)
             _tell(checked)
@@ -93,7 +78,7 @@ def _tell(checked: Checked) -> None:
             error=scores.get("error"),
         )
     if checked.replaced is not None:
-        if policy.has_fallen(checked.replaced):
+        if checked.replaced.is_fallback:
             metrics.GUARD_FALLS.inc()
         logger.warning(
             "the guard replaces the policy",

@@ -1,9 +1,6 @@
 """Builds full index tables in the background, one at a time in each process."""
 
 import asyncio
-import os
-import sys
-import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -18,6 +15,7 @@ from app.metrics import INDEX_BUILDS, INDEX_TABLES_WAITING
 from app.services import index_builds, index_tables
 from app.services.index_builds import Job
 from app.services.index_tables import Built
+from app.services.niceness import give_way
 from app.storage import revision
 from app.storage.database import Database
 from app.storage.index_builds import Target
@@ -26,7 +24,6 @@ POLL = 5.0  # seconds after which changes by other processes are looked for
 RENEW = 1.0  # seconds after which a claim is renewed, and the progress is told
 GATHER = 5.0  # seconds for which tables are gathered: each publication costs a little
 LONGEST_PAUSE = 300.0  # seconds, after failures in a row
-NICENESS = 10  # of the thread that builds, so that requests come first
 
 logger = structlog.get_logger()
 
@@ -41,7 +38,7 @@ class IndexBuilder:
     def __init__(self, database: Database) -> None:
         self._database = database
         self._worker = uuid4().hex
-        self._thread = ThreadPoolExecutor(1, "index", _give_way)
+        self._thread = ThreadPoolExecutor(1, "index", give_way)
         self._woken = asyncio.Event()
         self._stopping = False
         self._held: list[Built] = []
@@ -159,12 +156,6 @@ class IndexBuilder:
         except Exception as error:  # noqa: BLE001 - others take over when claims lapse
             _tell(error)
         self._thread.shutdown(wait=False)
-
-
-def _give_way() -> None:
-    if sys.platform == "linux":  # where a thread has a niceness of its own
-        with suppress(OSError):  # a container may forbid it
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
 
 
 def _tell(error: Exception) -> None:

@@ -11,9 +11,10 @@ from datetime import UTC, datetime, timedelta
 from app.domain import ItemModel, Precision, Revision
 from app.errors import NotReady
 from app.services import index_coverage, index_tables
+from app.services.in_force import needs
 from app.services.index_coverage import Need, usable
 from app.services.index_tables import Built
-from app.services.policy import DISCOUNT, need_in_force
+from app.services.policy import DISCOUNT
 from app.services.policy_catalogue import made
 from app.storage import index_builds, models, policies, revision
 from app.storage import index_tables as stored
@@ -46,9 +47,9 @@ class Look:
     job: Job | None
 
 
-def in_use(store: Store, known: Revision) -> Need:
+def in_use(store: Store, known: Revision) -> Sequence[Need]:
     """The full tables that are wanted; those of the default if none are needed."""
-    return need_in_force(store, known) or Need(DISCOUNT, by_sample=False)
+    return needs(store, known) or (Need(DISCOUNT, by_sample=False),)
 
 
 def claim(
@@ -132,19 +133,22 @@ def target_of(built: Built) -> Target:
 
 
 def _wanted(store: Store, known: Revision) -> Sequence[Job]:
-    need = in_use(store, known)
     versions = models.at(store, known.catalogue)
-    found = index_coverage.finest(store, versions, need.discount)
-    ready = {
-        place for place, record in found.items() if record.precision is Precision.FULL
-    }
-    return [
-        Job(Target(model.id, model.version, need.discount, sample), model)
-        for model in versions
-        if usable(model, need)
-        for sample in range(model.chains)
-        if (model.id, model.version, sample) not in ready
-    ]
+    jobs: dict[Target, Job] = {}
+    for need in in_use(store, known):
+        found = index_coverage.finest(store, versions, need.discount)
+        ready = {
+            place
+            for place, record in found.items()
+            if record.precision is Precision.FULL
+        }
+        for model in versions:
+            for sample in range(model.chains if usable(model, need) else 0):
+                if (model.id, model.version, sample) not in ready:
+                    discount = need.discount
+                    target = Target(model.id, model.version, discount, sample)
+                    jobs[target] = Job(target, model)
+    return list(jobs.values())
 
 
 def _drop(store: Store, old: Iterable[TableKey]) -> None:

@@ -83,29 +83,38 @@ def coverage(store: Store, known: Revision, need: Need | None) -> Coverage | Non
     return _coverage(need, versions, present.values())
 
 
-def ensure(store: Store, known: Revision, need: Need | None) -> Coverage | None:
+def ensure(store: Store, known: Revision, needs: Sequence[Need]) -> Sequence[Coverage]:
     """Make rough tables for the models that have none; tell what there is then."""
-    if need is None:
-        return None
+    if not needs:
+        return ()
     revision.rely_on_catalogue(store, known)
     versions = models.at(store, known.catalogue)
-    present = finest(store, versions, need.discount)
-    made = _rough_ones(store, versions, need, present)
-    if made:
+    found, new = [], list[Built]()
+    for need in needs:
+        present = {
+            **finest(store, versions, need.discount),
+            **_at_discount(new, need.discount),
+        }
+        made = _rough_ones(store, versions, need, present)
+        records = (*present.values(), *(table.record for table in made))
+        found.append(_coverage(need, versions, records))
+        new += made
+    if new:
         catalogue = revision.advance_catalogue(store, known, new_epoch=False)
-        index_tables.insert(store, made, catalogue)
-    records = (*present.values(), *(table.record for table in made))
-    return _coverage(need, versions, records)
+        index_tables.insert(store, new, catalogue)
+    return found
 
 
 def of_new(
-    store: Store, versions: Sequence[ItemModel], need: Need | None
+    store: Store, versions: Sequence[ItemModel], needs: Sequence[Need]
 ) -> Sequence[Built]:
     """Make rough tables for models that are put; none if none is needed."""
-    check_usable(versions, need)
-    if need is None:
-        return ()
-    return _rough_ones(store, versions, need, {})
+    check_usable(versions, needs)
+    new: list[Built] = []
+    for need in needs:
+        present = _at_discount(new, need.discount)
+        new += _rough_ones(store, versions, need, present)
+    return new
 
 
 def finest(
@@ -132,9 +141,9 @@ def usable(model: ItemModel, need: Need) -> bool:
     return is_small(model) and (need.by_sample or model.samples is None)
 
 
-def check_usable(versions: Sequence[ItemModel], need: Need | None) -> None:
+def check_usable(versions: Sequence[ItemModel], needs: Sequence[Need]) -> None:
     """Refuse models of which a policy has no use."""
-    if need is not None:
+    for need in needs:
         refuse(_coverage(need, versions, ()))
 
 
@@ -180,6 +189,17 @@ def _rough_ones(
         for sample in range(model.chains)
         if (model.id, model.version, sample) not in present
     ]
+
+
+def _at_discount(
+    tables: Iterable[Built], discount: float
+) -> Mapping[tuple[str, int, int], TableRecord]:
+    records = (table.record for table in tables)
+    return {
+        (record.model, record.version, record.sample): record
+        for record in records
+        if record.discount == discount
+    }
 
 
 def _few(models: Sequence[str]) -> str:

@@ -41,8 +41,8 @@ class Report:
 def report(store: Store, model_id: str, discount: float | None) -> Report:
     """The report at a discount; None: at the one that is in use."""
     model = models.find(store, model_id, None)
-    need = index_builds.in_use(store, revision.current(store))
-    worth = need.discount if discount is None else discount
+    needs = index_builds.in_use(store, revision.current(store))
+    worth = needs[0].discount if discount is None else discount
     target = Target(model.id, model.version, worth)
     tables = [*index_coverage.finest(store, [model], worth).values()]
     full = sum(table.precision is Precision.FULL for table in tables)
@@ -54,7 +54,9 @@ def report(store: Store, model_id: str, discount: float | None) -> Report:
     done = (full + sum(claim.progress for claim in claims)) / model.chains
     if claims:
         return Report(target, State.BUILDING, min(done, 1.0), table)
-    wanted = worth == need.discount and index_coverage.usable(model, need)
+    wanted = any(
+        worth == need.discount and index_coverage.usable(model, need) for need in needs
+    )
     return Report(target, State.WAITING if wanted else State.NONE, done, table)
 
 

@@ -25,6 +25,7 @@ from app.errors import (
     PlayNotFound,
 )
 from app.services import selections
+from app.services.allotment import allotted
 from app.services.answers import answer_of, is_repeated
 from app.services.catalogue import Catalogue
 from app.services.live import Live
@@ -80,7 +81,7 @@ def next_play(
     for play in expired:
         standing.close(play, NEVER_ANSWERED)
     standing.keep_time(revision.clock)
-    policy = live.policy(store, revision, catalogue)
+    policy = allotted(store, live, revision, catalogue, user_id)
     offer = standing.choose(policy, pool, selection, count)
     standing.save()
     return Next(offer, expired)
@@ -156,7 +157,7 @@ def _following(
     except NothingToPlay:
         return None
     standing.keep_time(revision.clock)
-    policy = live.policy(store, revision, catalogue)
+    policy = allotted(store, live, revision, catalogue, standing.user.id)
     return standing.choose(policy, pool, EVERYTHING, count)
 
 

@@ -1,64 +1,47 @@
-"""What is in force in this process: the catalogue and the policy, kept up to date.
+"""What is in force in this process: catalogue, policies, experiment; kept up to date.
 
 Every unit of work reads the revision together with the user's row. If it has moved, the
 snapshot follows before anything is decided: so each worker obeys a change at once.
 """
 
 import asyncio
-from collections.abc import Sequence
-from dataclasses import dataclass
+import json
+import math
+from dataclasses import replace
 from datetime import timedelta
 from functools import partial
 
-from app.domain import PolicyVersion, Revision
-from app.errors import NotReady
-from app.services import index_tables
+from app.domain import Described, Experiment, PolicyVersion, Revision
+from app.services import in_force, index_tables
 from app.services.catalogue import Catalogue
-from app.services.index_tables import NOTHING, AtHand
-from app.services.policy_catalogue import made
+from app.services.in_force import InForce, Paces
+from app.services.index_tables import AtHand
+from app.services.rungs import Rung
+from app.storage import experiments, items, models, revision
 from app.storage import index_tables as stored
-from app.storage import items, models, policies, revision
-from app.storage.index_tables import TableKey
 from app.storage.store import Store
-from policies import ModelSet, Policy, Scorer, Tables
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class InForce:
-    """A policy that is ready to decide for one set of models and their index tables.
-
-    tables:  those of the catalogue it was made ready for
-    at_hand: those that it looks scores up in, read and unpacked
-    """
-
-    version: PolicyVersion
-    policy: Policy
-    models: ModelSet
-    tables: Sequence[TableKey]
-    at_hand: AtHand
-    scorer: Scorer
-
-    def is_ready_for(self, version: int, catalogue: Catalogue) -> bool:
-        return (
-            self.version.version == version
-            and self.models is catalogue.models
-            and (not self.at_hand or self.tables is catalogue.tables)
-        )
+MOST_TRIED = 4
 
 
 class Live:
-    """The latest catalogue and policy; each is replaced whole, never changed.
+    """The latest catalogue and policies; each is replaced whole, never changed.
 
     pending_ttl: how long a play waits for its answer
+    budget:      seconds that a decision may take
     """
 
-    def __init__(self, pending_ttl: timedelta) -> None:
+    def __init__(self, pending_ttl: timedelta, budget: float = math.inf) -> None:
         self.pending_ttl = pending_ttl
+        self._budget = budget
         self._catalogue = Catalogue.empty()
         self._following = asyncio.Lock()
-        self._in_force: InForce | None = None
+        self._in_force: dict[int, InForce] = {}
         self._loading = asyncio.Lock()
+        self._tried: dict[str, InForce] = {}
+        self._paces: Paces = {}
         self._versions: dict[int, PolicyVersion] = {}
+        self._experiment: tuple[int, Experiment | None] = (0, None)
 
     def catalogue(self, store: Store, known: Revision) -> Catalogue:
         """The catalogue of this revision, or of a later one."""
@@ -68,27 +51,76 @@ class Live:
                     self._catalogue = follow(store, self._catalogue, known)
         return self._catalogue
 
-    def policy(self, store: Store, known: Revision, catalogue: Catalogue) -> InForce:
-        """The policy of this revision, ready for the models of this catalogue."""
-        current = self._in_force
-        if current is None or not current.is_ready_for(known.policy, catalogue):
+    def experiment(self, store: Store, known: Revision) -> Experiment | None:
+        """The experiment of this revision, None if none runs."""
+        version, found = self._experiment
+        if version != known.experiment:
+            found = experiments.by_version(store, known.experiment)
+            self._experiment = known.experiment, found
+        return found
+
+    def policy(
+        self,
+        store: Store,
+        known: Revision,
+        catalogue: Catalogue,
+        version: int | None = None,
+    ) -> InForce:
+        """A policy that is in force, ready for the models of this catalogue.
+
+        version: None: the one for all users
+        """
+        version = known.policy if version is None else version
+        current = self._in_force.get(version)
+        if current is None or not current.is_ready_for(catalogue):
             with store.alone(self._loading):
-                current = self._in_force
-                if current is None or not current.is_ready_for(known.policy, catalogue):
-                    current = self.load(store, known.policy, catalogue)
-                    self._in_force = current
+                current = self._in_force.get(version)
+                if current is None or not current.is_ready_for(catalogue):
+                    current = self._load(store, known, catalogue, version)
         return current
 
-    def load(self, store: Store, version: int, catalogue: Catalogue) -> InForce:
-        """A policy that is or was in force, made ready for a catalogue."""
-        kept = NOTHING if self._in_force is None else self._in_force.at_hand
-        return load_policy(store, version, catalogue, kept)
+    def tried(self, store: Store, catalogue: Catalogue, policy: Described) -> InForce:
+        """A policy that is not in force, ready to plan with; the last few are kept."""
+        key = json.dumps([policy.name, policy.params], sort_keys=True)
+        found = self._tried.pop(key, None)
+        if found is None or not found.is_ready_for(catalogue):
+            found = in_force.tried(store, policy, catalogue, self._at_hand())
+            found = replace(found, budget=self._budget)
+        self._tried[key] = found
+        while len(self._tried) > MOST_TRIED:
+            del self._tried[next(iter(self._tried))]
+        return found
+
+    def rung(
+        self, store: Store, version: int, number: int, catalogue: Catalogue
+    ) -> Rung:
+        """A rung of a policy that is or was in force, made ready for a catalogue."""
+        return in_force.rung(store, version, number, catalogue, self._at_hand())
 
     def version(self, store: Store, version: int) -> PolicyVersion:
         """A policy that is or was in force."""
         if version not in self._versions:
-            self._versions[version] = find_policy(store, version)
+            self._versions[version] = in_force.find_policy(store, version)
         return self._versions[version]
+
+    def _load(
+        self, store: Store, known: Revision, catalogue: Catalogue, version: int
+    ) -> InForce:
+        """Make a policy ready, and let go of those that are in force no more."""
+        kept, experiment = self._at_hand(), self.experiment(store, known)
+        found = in_force.ready(store, version, catalogue, kept, self._paces)
+        found = replace(found, budget=self._budget)
+        others = {*in_force.versions(known, experiment)} & self._in_force.keys()
+        self._in_force = {one: self._in_force[one] for one in others}
+        self._in_force[version] = found
+        return found
+
+    def _at_hand(self) -> AtHand:
+        return {
+            key: table
+            for policy in self._in_force.values()
+            for key, table in policy.at_hand.items()
+        }
 
 
 def follow(store: Store, catalogue: Catalogue, known: Revision) -> Catalogue:
@@ -106,30 +138,3 @@ def follow(store: Store, catalogue: Catalogue, known: Revision) -> Catalogue:
             build = partial(catalogue.followed_by, known, versions, tables, listing)
             return store.aside(build)
         known = now
-
-
-def load_policy(
-    store: Store, version: int, catalogue: Catalogue, kept: AtHand = NOTHING
-) -> InForce:
-    """A policy that was put in force, made ready for a catalogue.
-
-    kept: index tables that need not be read again
-    """
-    found = find_policy(store, version)
-    policy = made(found)
-    at_hand = index_tables.at_hand(store, catalogue, policy.table_discount, kept)
-    scorer = store.aside(partial(_prepared, policy, catalogue.models, at_hand))
-    tables = catalogue.tables
-    return InForce(found, policy, catalogue.models, tables, at_hand, scorer)
-
-
-def _prepared(policy: Policy, models: ModelSet, at_hand: AtHand) -> Scorer:
-    discount = policy.table_discount or 0.0
-    return policy.prepare(models, Tables.of([*at_hand.values()], discount))
-
-
-def find_policy(store: Store, version: int) -> PolicyVersion:
-    found = policies.by_version(store, version)
-    if found is None:
-        raise NotReady("No policy is in force yet.")
-    return found

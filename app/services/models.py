@@ -8,9 +8,9 @@ from app.domain import ItemModel, ItemSignals, Revision
 from app.errors import Fault, ModelInUse, ModelNotFound
 from app.services import index_coverage, index_tables, mood_rules
 from app.services.changes import Change
+from app.services.in_force import needs
 from app.services.mathematics import mathematical
 from app.services.new_models import NewModel, check, signals_of
-from app.services.policy import need_in_force
 from app.storage import audit, models, revision
 from app.storage.store import Store
 
@@ -65,11 +65,10 @@ def put_all(
     changed = [each.model for each in outcomes if each.change is not Change.UNCHANGED]
     if not changed:
         return
-    need = need_in_force(store, known)
-    tables = index_coverage.of_new(store, changed, need)
+    tables = index_coverage.of_new(store, changed, needs(store, known))
     moved = mood_rules.check(store, known, changed)
     moved = moved or any(each.moved for each in outcomes)
-    revision.rely_on_policy(store, known)
+    revision.rely_on_policies(store, known)
     catalogue = revision.advance_catalogue(store, known, new_epoch=moved)
     index_tables.insert(store, tables, catalogue)
     insert(store, changed, catalogue, by)

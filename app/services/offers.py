@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 from app.domain import Play, PolicyVersion, Slate
 from app.services.catalogue import Catalogue, Shelf
+from app.services.ladder import Decided
+from app.services.shade import Considered
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,12 +26,16 @@ class Offer:
     slot:   in which they will take place if one of them is answered next
     policy: that chose them
     took:   seconds that the decision took, None if they were offered before
+    decided: how it was taken
+    considered: what shadows may decide, too
     """
 
     plays: Sequence[Offered]
     slot: int
     policy: PolicyVersion
-    took: float | None
+    took: float | None = None
+    decided: Decided | None = None
+    considered: Considered | None = None
 
     @classmethod
     def of(
@@ -38,7 +44,6 @@ class Offer:
         pending: Slate,
         slot: int,
         policy: PolicyVersion,
-        took: float | None = None,
     ) -> "Offer":
         """What is pending in a user's present slot."""
         plays = [
@@ -46,7 +51,7 @@ class Offer:
             for play in pending.waiting
             for model in (catalogue.model_of(play.item),)
         ]
-        return cls(plays, pending.slot(slot), policy, took)
+        return cls(plays, pending.slot(slot), policy)
 
     @property
     def repeated(self) -> bool:

@@ -4,19 +4,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from app.domain import PolicyVersion, Revision
-from app.errors import Fault, InvalidRequest, NoEarlierPolicy, NotReady
-from app.services import index_coverage
+from app.domain import GUARD, Described, PolicyVersion, Revision
+from app.errors import NoEarlierPolicy, NotReady
+from app.services import index_coverage, rungs
+from app.services.in_force import find_policy, needed, needs
 from app.services.index_coverage import Coverage, Need
-from app.services.live import find_policy
-from app.services.policy_catalogue import complete, made
+from app.services.policy_catalogue import checked, complete, made
 from app.storage import audit, policies, revision
 from app.storage.store import Store
-from policies import draws_samples
+from policies import create
 
 DEFAULT = "exact_rollout"
 DISCOUNT = 0.95  # of the default
-GUARD = "guard"  # puts policies in force, too, as if it were a key
 WITHOUT_TABLES: Mapping[str, object] = {"base": "myopic", "horizon": 5, "leaf": "none"}
 
 
@@ -47,24 +46,6 @@ def current(store: Store) -> Present:
     return Present(found, tables)
 
 
-def needed(version: PolicyVersion | None) -> Need | None:
-    """The index tables that a policy needs, None if it needs none.
-
-    None also for a policy that this release does not know, and cannot use.
-    """
-    try:
-        policy = None if version is None else made(version)
-    except NotReady:
-        return None
-    if policy is None or policy.table_discount is None:
-        return None
-    return Need(policy.table_discount, draws_samples(policy))
-
-
-def need_in_force(store: Store, known: Revision) -> Need | None:
-    return needed(policies.by_version(store, known.policy))
-
-
 def history(store: Store, before: int, limit: int) -> History:
     found = policies.page(store, before, limit + 1)
     shown = found[:limit]
@@ -77,8 +58,20 @@ def ensure_one(store: Store) -> None:
     if known.policy == 0:
         params, note = _first(store, known)
         _activate(store, known, DEFAULT, params, note, "encore")
-    else:
-        index_coverage.ensure(store, known, need_in_force(store, known))
+        return
+    present = policies.by_version(store, known.policy)
+    if present is not None and present.rungs is None:
+        _complete(store, present)
+    index_coverage.ensure(store, known, needs(store, known))
+
+
+def _complete(store: Store, present: PolicyVersion) -> None:
+    """Say what a policy falls to that an earlier release put in force."""
+    try:
+        below = rungs.below(made(present))
+    except NotReady:
+        return  # this release does not know it, and cannot use it
+    policies.set_rungs(store, present.version, below)
 
 
 def _first(store: Store, known: Revision) -> tuple[Mapping[str, object], str]:
@@ -92,16 +85,9 @@ def _first(store: Store, known: Revision) -> tuple[Mapping[str, object], str]:
     return complete(DEFAULT, {"discount": DISCOUNT}), "the default"
 
 
-def swap(
-    store: Store, name: str, params: Mapping[str, object], note: str, by: str
-) -> Present:
-    """Put a policy in force; its name and parameters must be valid."""
-    try:
-        params = complete(name, params)
-    except ValueError as error:
-        field, _, message = str(error).partition(": ")
-        fault = Fault(f"params.{field}", message)
-        raise InvalidRequest(f"This is no policy: {error}.", fault) from error
+def swap(store: Store, described: Described, note: str, by: str) -> Present:
+    """Put a policy in force."""
+    name, params = described.name, checked(described).params
     return _usable(_activate(store, revision.current(store), name, params, note, by))
 
 
@@ -110,9 +96,7 @@ def roll_back(store: Store, note: str, by: str) -> Present:
     known = revision.current(store)
     present = find_policy(store, known.policy)
     origin = present.restores or present.version
-    if origin <= 1:
-        raise NoEarlierPolicy("The first policy is in force.")
-    before = find_policy(store, origin - 1)
+    before = find_before(store, origin)
     restored = find_policy(store, before.restores or before.version)
     return _usable(
         _activate(
@@ -130,16 +114,19 @@ def fall_back(
 
 def put_back(store: Store, known: Revision, note: str) -> Present:
     """Undo the swap to the policy known, for the guard, if that is in force still."""
-    before = find_policy(store, known.policy - 1)
+    before = find_before(store, known.policy)
     origin = before.restores or before.version
     return _usable(
         _activate(store, known, before.name, before.params, note, GUARD, origin)
     )
 
 
-def has_fallen(present: PolicyVersion) -> bool:
-    """Whether the guard has put this policy in place of another."""
-    return present.by == GUARD and present.restores is None
+def find_before(store: Store, version: int) -> PolicyVersion:
+    """The policy that was in force for all before another one."""
+    found = policies.page(store, version, 1)
+    if not found:
+        raise NoEarlierPolicy("The first policy is in force.")
+    return found[0]
 
 
 def _activate(  # noqa: PLR0913, PLR0917 - the columns of a policy
@@ -152,11 +139,20 @@ def _activate(  # noqa: PLR0913, PLR0917 - the columns of a policy
     restores: int | None = None,
 ) -> Present:
     now = datetime.now(UTC)
-    version = revision.advance_policy(store, known)
-    policy = PolicyVersion(version, name, params, note, now, by, restores)
+    version = policies.latest(store) + 1
+    policy = PolicyVersion(
+        version, name, params, note, now, by, restores, None, _below(name, params)
+    )
+    revision.advance_policy(store, known, version)
     policies.insert(store, policy)
     audit.note(store, now, by, "policy", str(version), {"name": name, "note": note})
-    return Present(policy, index_coverage.ensure(store, known, needed(policy)))
+    need = needed(policy)
+    [*tables] = index_coverage.ensure(store, known, () if need is None else (need,))
+    return Present(policy, tables[0] if tables else None)
+
+
+def _below(name: str, params: Mapping[str, object]) -> Sequence[Described]:
+    return rungs.below(create(name, params))
 
 
 def _usable(present: Present) -> Present:

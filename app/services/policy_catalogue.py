@@ -1,11 +1,12 @@
 """What policies there are to choose from, in plain words for forms and documents."""
 
 import inspect
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from app.domain import PolicyVersion
-from app.errors import NotReady
+from app.domain import Described, PolicyVersion
+from app.errors import Fault, InvalidRequest, NotReady
 from policies import (
     POLICIES,
     Bounds,
@@ -70,9 +71,33 @@ def complete(name: str, params: Mapping[str, object]) -> Mapping[str, object]:
     return params_of(create(name, params))
 
 
-def made(version: PolicyVersion) -> Policy:
-    """The policy that was put in force under a version."""
+def plain(policy: Described) -> Described:
+    """A policy with all of its parameters, as they are kept.
+
+    Raises:
+        ValueError: names the field at fault.
+    """
+    params = json.loads(json.dumps(dict(complete(policy.name, policy.params))))
+    return Described(policy.name, params)
+
+
+def checked(policy: Described, at: str = "") -> Described:
+    """The same, for one that a client has sent in a field, `at`, with a dot.
+
+    Raises:
+        InvalidRequest: names the field at fault.
+    """
     try:
-        return create(version.name, version.params)
+        return plain(policy)
+    except ValueError as error:
+        field, _, message = str(error).partition(": ")
+        fault = Fault(f"{at}params.{field}", message)
+        raise InvalidRequest(f"This is no policy: {error}.", fault) from error
+
+
+def made(policy: Described | PolicyVersion) -> Policy:
+    """The policy that is described, or was put in force under a version."""
+    try:
+        return create(policy.name, policy.params)
     except ValueError as error:
         raise NotReady(f"This release has no such policy: {error}.") from error

@@ -114,7 +114,11 @@ def export(store: Store, live: Live, user_id: str) -> Holding:
 
 
 def erase(store: Store, user_id: str, by: str) -> None:
-    """Forget a user; the act is kept, without the name."""
+    """Forget a user; the act is kept, without the name.
+
+    What a count of an experiment's plays has just read of the user is not written.
+    """
+    revision.advance_tallies(store, revision.tallies(store))
     _, user = users.by_id(store, user_id)
     if user.version == 0:
         raise UserNotFound(user_id)

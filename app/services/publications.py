@@ -11,10 +11,10 @@ from app.services.candidates import Candidate
 from app.services.catalogue import Catalogue
 from app.services.changes import Change
 from app.services.gate import Judged
+from app.services.in_force import needs
 from app.services.index_tables import Built
 from app.services.live import Live
 from app.services.models import Outcome
-from app.services.policy import need_in_force
 from app.storage import audit, items, publications, revision
 from app.storage import models as stored
 from app.storage.items import Move
@@ -114,8 +114,7 @@ def take_back(store: Store, live: Live, note: str, by: str) -> TakenBack:
     ]
     undone = _undone(store, catalogue, last, moves)
     mood_rules.check(store, known, undone.restored, undone.ended)
-    need = need_in_force(store, known)
-    tables = index_coverage.of_new(store, undone.restored, need)
+    tables = index_coverage.of_new(store, undone.restored, needs(store, known))
     number = revision.advance_catalogue(store, known, new_epoch=True)
     index_tables.insert(store, tables, number)
     models.insert(store, undone.restored, number, by)
@@ -207,12 +206,9 @@ def _move(catalogue: Catalogue, serial: int, model: str) -> Move:
 def _tables(
     store: Store, known: Revision, changed: Sequence[ItemModel], judged: Judged
 ) -> Sequence[Built]:
-    """Tables of new versions: those of the gate, if the policy looks up such."""
-    need = need_in_force(store, known)
-    revision.rely_on_policy(store, known)
-    if need is None:
-        return judged.tables
-    usable = all(index_coverage.usable(model, need) for model in changed)
-    if need.discount == judged.discount and usable:
-        return judged.tables
-    return index_coverage.of_new(store, changed, need)
+    """Tables of new versions: those of the gate, and what else policies look up."""
+    wanted = needs(store, known)
+    revision.rely_on_policies(store, known)
+    index_coverage.check_usable(changed, wanted)
+    others = [need for need in wanted if need.discount != judged.discount]
+    return [*judged.tables, *index_coverage.of_new(store, changed, others)]

@@ -33,17 +33,17 @@ def replay(store: Store, live: Live, play: Play) -> Replay:
     if play.policy is None or play.seed is None:
         raise ValueError(f"play {play.id} was not recommended")
     catalogue = _catalogue_of(store, live, play)
-    policy = live.load(store, play.policy, catalogue)
+    rung = live.rung(store, play.policy, play.rung or 0, catalogue)
     log = plays.closed(store, play.user, before=play.slot)
     entries = beliefs.rebuilt(catalogue, log, play.slot)
     now = beliefs.at(catalogue, entries, play.slot)
     pool = selections.pool(catalogue, play.selection)
     felt = moods.begun(catalogue, entries.felt, play.slot, play.created_at)
-    candidates = decisions.candidates(catalogue, pool, now, policy.policy, felt)
+    candidates = decisions.candidates(catalogue, pool, now, rung.policy, felt)
     together = [item for item, _ in plays.of_slate(store, play)]
     before = together[: play.place]
     decide = partial(
-        slates.decide_next, candidates, policy, play.seed, before, len(together)
+        slates.decide_next, candidates, rung, play.seed, before, len(together)
     )
     return Replay(catalogue, store.aside(decide))
 

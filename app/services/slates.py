@@ -11,26 +11,26 @@ import numpy as np
 
 from app.services import decisions
 from app.services.decisions import Candidates, Decision
-from app.services.live import InForce
+from app.services.rungs import Rung
 from policies import Floats, Ints, Mixture, Scorer, Situation, Slate
 
 
 def decide(
-    candidates: Candidates, policy: InForce, seed: int, count: int
+    candidates: Candidates, rung: Rung, seed: int, count: int
 ) -> Sequence[Decision]:
     """Choose items for the places of one slot; there must be as many."""
-    if count > 1 and policy.policy.is_index:
-        policy = replace(policy, scorer=_once(policy.scorer))
+    if count > 1 and rung.policy.is_index:
+        rung = replace(rung, scorer=_once(rung.scorer))
     made: list[Decision] = []
     while len(made) < count:
         before = [decision.serial for decision in made]
-        made.append(decide_next(candidates, policy, seed, before, count))
+        made.append(decide_next(candidates, rung, seed, before, count))
     return made
 
 
 def decide_next(
     candidates: Candidates,
-    policy: InForce,
+    rung: Rung,
     seed: int,
     before: Sequence[int],
     count: int,
@@ -38,11 +38,11 @@ def decide_next(
     """Choose one of `count` items for one slot; those before it are chosen."""
     if count > 1:
         chosen = np.array(before, np.int64)
-        if policy.policy.is_index:
+        if rung.policy.is_index:
             candidates = _fewer(candidates, chosen)
         else:
             candidates = _beside(candidates, chosen, count)
-    return decisions.decide(candidates, policy.scorer, seed, len(before))
+    return decisions.decide(candidates, rung.scorer, seed, len(before))
 
 
 def _fewer(candidates: Candidates, chosen: Ints) -> Candidates:

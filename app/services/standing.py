@@ -2,7 +2,6 @@
 
 import secrets
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import partial
@@ -11,6 +10,7 @@ from uuid import UUID
 
 from uuid_utils.compat import uuid7
 
+from app import tracing
 from app.domain import (
     Anchor,
     Answer,
@@ -22,19 +22,19 @@ from app.domain import (
     User,
     settled,
 )
-from app.services import beliefs, clocks, decisions, moods, slates
+from app.services import beliefs, clocks, decisions, ladder, moods
+from app.services.allotment import Allotted
 from app.services.catalogue import Catalogue
-from app.services.decisions import Decision
-from app.services.live import InForce
+from app.services.in_force import InForce
+from app.services.ladder import Decided
 from app.services.offers import Offer
 from app.services.pool import Pool
+from app.services.shade import Considered
 from app.storage import plays, users
 from app.storage.packing import Entries, Felt, pack
 from app.storage.plays import ClosedPlay
 from app.storage.store import Store
 from policies import Answered
-
-INLINE = 200.0  # microseconds; a longer decision is worth handing to a thread
 
 
 @dataclass(slots=True)
@@ -111,34 +111,35 @@ class Standing:
         return beliefs.expected(self.catalogue, serial, belief, mood)
 
     def choose(
-        self, policy: InForce, pool: Pool, selection: Selection, count: int
+        self, allotted: Allotted, pool: Pool, selection: Selection, count: int
     ) -> Offer:
         """Choose plays for one slot, if there are as many, and enter them as pending.
 
         Nothing else may be pending any more.
         """
         began = time.perf_counter()
-        made = self.decide(policy, pool, secrets.randbits(63), count)
+        decided = self.decide(allotted.policy, pool, secrets.randbits(63), count)
         took = time.perf_counter() - began
-        chosen = self._chosen(made, policy, selection)
+        tracing.note(
+            "decision", began, **{"encore.policy": allotted.policy.version.name}
+        )
+        chosen = self._chosen(decided, allotted, selection)
         for play in chosen:
             plays.insert(self.store, play)
         self.pending = Slate(chosen)
-        return Offer.of(self.catalogue, self.pending, self.slot, policy.version, took)
-
-    def decide(
-        self, policy: InForce, pool: Pool, seed: int, count: int = 1
-    ) -> Sequence[Decision]:
-        """Decide, aside from other requests if that takes long."""
-        now = beliefs.at(self.catalogue, self.entries, self.slot)
-        candidates = decisions.candidates(
-            self.catalogue, pool, now, policy.policy, self.felt()
+        offer = Offer.of(
+            self.catalogue, self.pending, self.slot, allotted.policy.version
         )
-        count = min(count, int(candidates.left.sum()))
-        work = partial(slates.decide, candidates, policy, seed, count)
-        if policy.policy.cost(candidates.situation) * count > INLINE:
-            return self.store.aside(work)
-        return work()
+        considered = self._considered(decided, allotted)
+        return replace(offer, took=took, decided=decided, considered=considered)
+
+    def decide(self, policy: InForce, pool: Pool, seed: int, count: int = 1) -> Decided:
+        """Decide within the time that there is, aside from others if it is long."""
+        now, felt = beliefs.at(self.catalogue, self.entries, self.slot), self.felt()
+        build = partial(decisions.candidates, self.catalogue, pool, now, felt=felt)
+        return ladder.decide(
+            self.store, policy.rungs, build, seed, count, policy.budget
+        )
 
     def save(self) -> None:
         """Note the user's next standing."""
@@ -196,6 +197,20 @@ class Standing:
         plays.insert(self.store, play)
         return play
 
+    def _considered(self, decided: Decided, allotted: Allotted) -> Considered | None:
+        """What shadows may decide, too; None if there are none."""
+        experiment = allotted.experiment
+        if experiment is None or not experiment.shadows:
+            return None
+        return Considered(
+            experiment,
+            self.catalogue,
+            self.user.id,
+            decided.build,
+            len(decided.made),
+            decided.made[0],
+        )
+
     def _rebuild(self) -> None:
         """Believe anew: an answer came late, and the mood of later plays is another."""
         log = [*plays.closed(self.store, self.user.id), *self.closed]
@@ -205,20 +220,24 @@ class Standing:
         self.entries = self.store.aside(build)
 
     def _chosen(
-        self, made: Sequence[Decision], policy: InForce, selection: Selection
+        self, decided: Decided, allotted: Allotted, selection: Selection
     ) -> tuple[Play, ...]:
-        ids = [uuid7() for _ in made]
+        ids = [uuid7() for _ in decided.made]
+        experiment = allotted.experiment
         return tuple(
             replace(
                 self._play(ids[place], decision.serial, self.slot, decision.predicted),
                 slate=ids[0],
                 place=place,
-                policy=policy.version.version,
+                policy=allotted.policy.version.version,
+                rung=decided.rung,
+                experiment=None if experiment is None else experiment.version,
+                arm=allotted.arm,
                 seed=decision.seed,
                 selection=selection,
                 propensity=decision.choice.propensity,
             )
-            for place, decision in enumerate(made)
+            for place, decision in enumerate(decided.made)
         )
 
     def _shared(self, slot: int, serial: int) -> int:

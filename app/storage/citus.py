@@ -11,7 +11,12 @@ from sqlalchemy.schema import AddConstraint, CreateIndex
 
 from app.storage.tables import metadata, plays
 
-BY_USER = {"users": "id", "beliefs": "user_id", "plays": "user_id"}
+BY_USER = {
+    "users": "id",
+    "beliefs": "user_id",
+    "plays": "user_id",
+    "arm_users": "user_id",
+}
 UNDIVIDED = (  # nodes divide them further: partitions would be of no more use
     "ALTER TABLE plays RENAME TO plays_before",
     "CREATE TABLE plays (LIKE plays_before INCLUDING DEFAULTS INCLUDING STORAGE)",

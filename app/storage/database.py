@@ -1,40 +1,63 @@
 """The one door to the database: opens it, runs units of work, commits, retries."""
 
 import asyncio
-import sqlite3
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 import sqlalchemy as sa
 from sqlalchemy.exc import DBAPIError
-from sqlalchemy.ext.asyncio import AsyncEngine, create_async_engine
-from sqlalchemy.pool import StaticPool
+from sqlalchemy.pool import QueuePool
 from sqlalchemy.util import greenlet_spawn
 
+from app import metrics, tracing
 from app.errors import Contended, DatabaseUnavailable
 from app.settings import Settings
+from app.storage import traced
 from app.storage.aside import Aside
 from app.storage.outages import ABSENT, is_outage, state_of
-from app.storage.store import Changes, Store
-from app.storage.writer import Writer, apply
+from app.storage.postgresql import PostgreSQL
+from app.storage.prepared import Params, Row, Statements
+from app.storage.sqlite import SQLite
+from app.storage.store import Changes, Read, Store
+from app.storage.writer import Writer
 
 T = TypeVar("T")
+Commit = Callable[[Changes], Awaitable[bool]]
 
 ATTEMPTS = 64
 TRANSIENT = {"40001", "40P01"}  # serialization failure, deadlock
-WRITER_CONNECTIONS = 4
 TURNS = 8  # computations of seconds that run or wait
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """How much a database has to do.
+
+    queued:      units of work that wait to be written
+    limit:       how many may
+    connections: by pool, how many are in use, and how many there may be
+    """
+
+    queued: int
+    limit: int
+    connections: Mapping[str, tuple[int, int]]
 
 
 class _Engines(Protocol):
     """What differs between the two databases."""
 
-    def connect(self) -> AbstractContextManager[sa.Connection]:
-        """Open a connection that reads without a transaction."""
+    reading: Statements
+
+    def read(self, statement: sa.Executable, params: Params) -> Sequence[Row]:
+        """Read without a transaction."""
+
+    def pools(self) -> Mapping[str, QueuePool]: ...
 
     async def apply(self, batch: Sequence[Changes]) -> list[bool]: ...
+
+    def reconnect(self) -> None:
+        """One connection is gone, so all may be: use none of them again."""
 
     async def dispose(self) -> None: ...
 
@@ -42,14 +65,22 @@ class _Engines(Protocol):
 class Database:
     """Runs units of work: each reads, decides, and is written if it still stands."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: Settings, *, is_traced: bool = False) -> None:
         engines: _Engines = (
-            _SQLite(settings) if settings.on_sqlite else _PostgreSQL(settings)
+            SQLite(settings.database_url)
+            if settings.on_sqlite
+            else PostgreSQL(settings)
         )
         self._engines = engines
         self._writer = Writer(
             engines.apply, limit=settings.queue_limit, side_door=not settings.on_sqlite
         )
+        self._is_traced = is_traced
+        self._read: Read = engines.read
+        self._commit: Commit = self._writer.commit
+        if is_traced:
+            self._read = traced.reads(engines.reading, engines.read)
+            self._commit = tracing.noted("commit", self._writer.commit)
         self._aside = Aside()
         self._in_turn = Aside(threads=1, most=TURNS)
         self._turn = asyncio.Lock()
@@ -57,18 +88,23 @@ class Database:
     async def run(self, work: Callable[[Store], T]) -> T:
         """Run a unit of work until it stands; its result is told after the commit."""
         for _ in range(ATTEMPTS):
-            store = Store(self._engines.connect, self._aside, self._in_turn)
+            store = Store(self._read, self._aside, self._in_turn)
             try:
-                result = await greenlet_spawn(work, store)
-                if not store.changes or await self._writer.commit(store.changes):
+                perform = traced.perform if self._is_traced else greenlet_spawn
+                result = await perform(work, store)
+                if not store.changes or await self._commit(store.changes):
                     return result
+                metrics.retries("moved").inc()
             except (*ABSENT, DBAPIError) as error:
                 if is_outage(error):
+                    if getattr(error, "connection_invalidated", False):
+                        self._engines.reconnect()
                     raise DatabaseUnavailable(
                         "The database does not answer."
                     ) from error
                 if state_of(error) not in TRANSIENT:
                     raise
+                metrics.retries("database").inc()
         raise Contended(f"Gave up after {ATTEMPTS} attempts.")
 
     async def run_in_turn(self, work: Callable[[Store], T]) -> T:
@@ -76,112 +112,16 @@ class Database:
         async with self._turn:
             return await self.run(work)
 
+    def load(self) -> Load:
+        """How much there is to do at this moment."""
+        connections = {
+            name: (pool.checkedout(), pool.size())
+            for name, pool in self._engines.pools().items()
+        }
+        return Load(self._writer.waiting, self._writer.limit, connections)
+
     async def close(self) -> None:
         await self._writer.close()
         await self._engines.dispose()
         self._aside.close()
         self._in_turn.close()
-
-
-class _SQLite:
-    """One thread writes; reading is done where the caller runs."""
-
-    def __init__(self, settings: Settings) -> None:
-        self._reader = sa.create_engine(
-            settings.database_url,
-            poolclass=StaticPool,
-            isolation_level="AUTOCOMMIT",
-            hide_parameters=True,
-            connect_args={"check_same_thread": False},
-        )
-        self._writer = sa.create_engine(
-            settings.database_url,
-            poolclass=StaticPool,
-            hide_parameters=True,
-            connect_args={"check_same_thread": False},
-        )
-        self._thread = ThreadPoolExecutor(1, thread_name_prefix="writer")
-        for engine in (self._reader, self._writer):
-            sa.event.listen(engine, "connect", prepare_sqlite)
-        sa.event.listen(self._writer, "begin", begin_immediate)
-        self._connection: sa.Connection | None = None
-
-    def connect(self) -> AbstractContextManager[sa.Connection]:
-        if self._connection is None:
-            self._connection = self._reader.connect()
-        return nullcontext(self._connection)  # kept: opening costs as much as reading
-
-    async def apply(self, batch: Sequence[Changes]) -> list[bool]:
-        loop = asyncio.get_running_loop()
-        return await loop.run_in_executor(self._thread, self._commit, batch)
-
-    def _commit(self, batch: Sequence[Changes]) -> list[bool]:
-        with self._writer.begin() as connection:
-            return apply(connection, batch)
-
-    async def dispose(self) -> None:
-        self._thread.shutdown()
-        if self._connection is not None:
-            self._connection.close()
-        self._reader.dispose()
-        self._writer.dispose()
-
-
-def prepare_sqlite(connection: sqlite3.Connection, _record: object) -> None:
-    """Full durability, readers that never wait, and transactions of our own making.
-
-    The driver's own transactions begin too late: two that read before they write
-    lose one another's updates without an error.
-    """
-    connection.isolation_level = None
-    for pragma in (
-        "journal_mode=WAL",
-        "synchronous=FULL",
-        "busy_timeout=10000",
-        "foreign_keys=ON",
-    ):
-        connection.execute(f"PRAGMA {pragma}")
-
-
-def begin_immediate(connection: sa.Connection) -> None:
-    connection.exec_driver_sql("BEGIN IMMEDIATE")
-
-
-class _PostgreSQL:
-    """A pool that reads without transactions, and a small one that writes."""
-
-    def __init__(self, settings: Settings) -> None:
-        self._reader = _asyncpg(
-            settings, size=settings.pool_size, isolation_level="AUTOCOMMIT"
-        )
-        self._writer = _asyncpg(
-            settings, size=WRITER_CONNECTIONS, isolation_level="READ COMMITTED"
-        )
-
-    def connect(self) -> AbstractContextManager[sa.Connection]:
-        return self._reader.sync_engine.connect()
-
-    async def apply(self, batch: Sequence[Changes]) -> list[bool]:
-        async with self._writer.begin() as connection:
-            return await connection.run_sync(apply, batch)
-
-    async def dispose(self) -> None:
-        await self._reader.dispose()
-        await self._writer.dispose()
-
-
-def _asyncpg(settings: Settings, *, size: int, isolation_level: str) -> AsyncEngine:
-    # A transaction pooler hands each transaction another server connection, on which
-    # statements prepared earlier do not exist. Without one, they are planned once: to
-    # plan for the user at hand costs more than it gains.
-    no_cache = {"statement_cache_size": 0, "prepared_statement_cache_size": 0}
-    planned_once = {"server_settings": {"plan_cache_mode": "force_generic_plan"}}
-    return create_async_engine(
-        settings.database_url,
-        isolation_level=isolation_level,
-        pool_size=size,
-        max_overflow=0,
-        pool_timeout=5,
-        hide_parameters=True,
-        connect_args=no_cache if settings.pgbouncer else planned_once,
-    )

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any
 
 import sqlalchemy as sa
 
+from app.storage.prepared import Row
 from app.storage.store import Store
 from app.storage.tables import Instant, index_builds
 
@@ -112,6 +112,6 @@ def _this(target: Target) -> dict[str, object]:
     }
 
 
-def _claim(row: sa.Row[Any]) -> Claim:
+def _claim(row: Row) -> Claim:
     target = Target(row.model, row.version, row.discount, row.sample)
     return Claim(target, row.worker, row.renewed_at, row.progress)

@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any
 
 import sqlalchemy as sa
 
 from app.domain import Precision
+from app.storage.prepared import Row
 from app.storage.store import Store
 from app.storage.tables import index_tables
 
@@ -122,11 +122,11 @@ def _this(key: TableKey) -> Mapping[str, object]:
     return {f"the_{column.name}": getattr(key, column.name) for column in KEY}
 
 
-def _key(row: sa.Row[Any]) -> TableKey:
+def _key(row: Row) -> TableKey:
     precision = Precision(row.precision)
     return TableKey(row.model, row.version, row.discount, precision, row.sample)
 
 
-def _record(row: sa.Row[Any]) -> TableRecord:
+def _record(row: Row) -> TableRecord:
     told = {column.name: getattr(row, column.name) for column in RECORD}
     return TableRecord(**told | {"precision": Precision(row.precision)})

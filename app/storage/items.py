@@ -3,11 +3,11 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime
-from typing import Any
 
 import sqlalchemy as sa
 
 from app.domain import Item
+from app.storage.prepared import Row
 from app.storage.records import columns
 from app.storage.store import Store
 from app.storage.tables import item_history, items
@@ -188,7 +188,7 @@ def in_order(store: Store, *, since: int = -1, after: int = -1) -> Sequence[Item
     return [_item(row) for row in rows]
 
 
-def before(store: Store, catalogue: int) -> Iterator[sa.Row[Any]]:
+def before(store: Store, catalogue: int) -> Iterator[Row]:
     """Serial, id, model, tags and active, in a catalogue, of items changed since.
 
     Of an item that did not exist then, model, tags and active are None.
@@ -202,8 +202,8 @@ def before(store: Store, catalogue: int) -> Iterator[sa.Row[Any]]:
         store.pause()
 
 
-def _item(row: sa.Row[Any]) -> Item:
-    return Item(**row._mapping)  # noqa: SLF001 - its public name in SQLAlchemy
+def _item(row: Row) -> Item:
+    return Item(**row._asdict())
 
 
 def _replacement(item: Item) -> Mapping[str, object]:

@@ -4,11 +4,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from datetime import datetime
 from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 from uuid import UUID
 
 import sqlalchemy as sa
 
+from app.storage.prepared import Row
 from app.storage.store import Store
 from app.storage.tables import Instant, guard, judgements, plays
 
@@ -141,6 +142,6 @@ def plays_after(store: Store, after: UUID, limit: int) -> Sequence[PlayRow]:
     return [PlayRow._make(row) for row in store.rows(PLAYS, given)]
 
 
-def _judgement(row: sa.Row[Any]) -> Judgement:
-    values = dict(row._mapping)  # noqa: SLF001 - its public name in SQLAlchemy
+def _judgement(row: Row) -> Judgement:
+    values = row._asdict()
     return Judgement(**values | {"state": State(row.state)})

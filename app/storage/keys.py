@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from datetime import datetime
-from typing import Any
 
 import sqlalchemy as sa
 
 from app.domain import Key, Scope
+from app.storage.prepared import Row
 from app.storage.store import Store
 from app.storage.tables import Instant, keys
 
@@ -78,7 +78,7 @@ def in_force(store: Store, now: datetime) -> Sequence[Key]:
     return [_key(row) for row in store.rows(IN_FORCE, {"now": now})]
 
 
-def _key(row: sa.Row[Any]) -> Key:
+def _key(row: Row) -> Key:
     return Key(
         id=row.id,
         digest=row.digest,

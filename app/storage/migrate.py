@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import sqlalchemy as sa
@@ -36,8 +37,25 @@ def downgrade(url: str, to: str) -> None:
         command.downgrade(config(url), to)
 
 
-def head() -> str | None:
-    return ScriptDirectory(str(Path(migrations.__file__).parent)).get_current_head()
+@cache
+def known() -> tuple[str, ...]:
+    """The revisions that this release knows, the one that it needs first."""
+    scripts = ScriptDirectory(str(Path(migrations.__file__).parent))
+    return tuple(script.revision for script in scripts.walk_revisions())
+
+
+def head() -> str:
+    """The revision that this release needs."""
+    return known()[0]
+
+
+def is_behind(revision: str | None) -> bool:
+    """Whether a database lacks tables that this release needs.
+
+    One that this release does not know is of a later release: its tables are added to
+    before the processes of this one are replaced, and stay if they come back.
+    """
+    return revision is None or revision in known()[1:]
 
 
 def present(store: Store) -> str | None:

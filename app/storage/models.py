@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Any
 
 import sqlalchemy as sa
 
 from app.domain import ItemModel, ItemMood, ItemSample, ItemSignals, MoodRule
+from app.storage.prepared import Row
 from app.storage.records import columns
 from app.storage.store import Store
 from app.storage.tables import items, models
@@ -86,8 +86,8 @@ def count_items(store: Store, model: str) -> int:
     return 0 if row is None else int(row[0])
 
 
-def _model(row: sa.Row[Any]) -> ItemModel:
-    fields = dict(row._mapping)  # noqa: SLF001 - its public name in SQLAlchemy
+def _model(row: Row) -> ItemModel:
+    fields = row._asdict()
     if fields["signals"] is not None:
         fields["signals"] = ItemSignals(**fields["signals"])
     if fields["mood"] is not None:

@@ -1,11 +1,9 @@
 """A play as a row of its table, and back."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
-
-import sqlalchemy as sa
 
 from app.domain import EVERYTHING, Play, Selection, Source
+from app.storage.prepared import Row
 
 
 def to_row(play: Play) -> Mapping[str, object]:
@@ -32,10 +30,13 @@ def to_row(play: Play) -> Mapping[str, object]:
         "fraction": play.fraction,
         "answered_at": play.answered_at,
         "idempotency_key": play.idempotency_key,
+        "experiment": play.experiment,
+        "arm": play.arm,
+        "rung": play.rung,
     }
 
 
-def from_row(row: sa.Row[Any]) -> Play:
+def from_row(row: Row) -> Play:
     return Play(
         id=row.id,
         slate=row.slate,
@@ -58,6 +59,9 @@ def from_row(row: sa.Row[Any]) -> Play:
         fraction=row.fraction,
         answered_at=row.answered_at,
         idempotency_key=row.idempotency_key,
+        experiment=row.experiment,
+        arm=row.arm,
+        rung=row.rung,
     )
 
 

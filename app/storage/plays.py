@@ -2,13 +2,14 @@
 
 from collections.abc import Iterator, Sequence
 from datetime import datetime
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 from uuid import UUID
 
 import sqlalchemy as sa
 
 from app.domain import Answer, Play, Slate
 from app.storage.play_rows import from_row, to_row
+from app.storage.prepared import Row
 from app.storage.store import Store
 from app.storage.tables import items, plays, users
 
@@ -232,9 +233,7 @@ def every(store: Store, user: str, *, before: int, size: int = 500) -> Iterator[
         store.pause()
 
 
-def history(
-    store: Store, user: str, after: Position, limit: int
-) -> Sequence[sa.Row[Any]]:
+def history(store: Store, user: str, after: Position, limit: int) -> Sequence[Row]:
     """Closed plays after another, as they are exported; clock 0: the user has none."""
     slot, place = after
     given = {"user": user, "slot": slot, "place": place, "limit": limit}
@@ -269,7 +268,7 @@ def of_slate(store: Store, play: Play) -> Sequence[tuple[int, int | None]]:
     return [(row.item, row.closed) for row in rows]
 
 
-def slots(store: Store, user: str) -> Sequence[sa.Row[Any]]:
+def slots(store: Store, user: str) -> Sequence[Row]:
     """Each slot of a user, how many plays it holds, and of how many slates."""
     return store.rows(SLOTS, {"user": user})
 

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from datetime import datetime
-from typing import Any
 
 import sqlalchemy as sa
 
 from app.domain import Publication
+from app.storage.prepared import Row
 from app.storage.records import columns
 from app.storage.store import Store
 from app.storage.tables import publications
@@ -58,5 +58,5 @@ def latest(store: Store) -> int:
     return 0 if row is None else int(row[0])
 
 
-def _publication(row: sa.Row[Any]) -> Publication:
-    return Publication(**row._mapping)  # noqa: SLF001 - its public name in SQLAlchemy
+def _publication(row: Row) -> Publication:
+    return Publication(**row._asdict())

@@ -2,11 +2,11 @@
 
 from dataclasses import fields
 
-from app.domain import Item, ItemModel, PolicyVersion, Publication
+from app.domain import Experiment, Item, ItemModel, PolicyVersion, Publication
 
 
 def columns(
-    record: Item | ItemModel | PolicyVersion | Publication,
+    record: Experiment | Item | ItemModel | PolicyVersion | Publication,
 ) -> dict[str, object]:
     """A record as a row of its table."""
     return {field.name: getattr(record, field.name) for field in fields(record)}

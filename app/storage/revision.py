@@ -1,4 +1,8 @@
-"""Which catalogue, policy and clock are in force: one row, compared and set."""
+"""Which catalogue, policy, experiment and clock are in force: one row, kept in step.
+
+Each part is a number that only grows; a unit of work is written if the parts on which
+it relied still stand.
+"""
 
 import sqlalchemy as sa
 
@@ -14,6 +18,11 @@ SET_POLICY = tables.revision.update().values(policy=sa.bindparam("to_policy"))
 SET_CLOCK = tables.revision.update().values(
     clock=sa.bindparam("to_clock"), slot_s=sa.bindparam("to_slot_s")
 )
+SET_EXPERIMENT = tables.revision.update().values(
+    experiment=sa.bindparam("to_experiment")
+)
+TALLIES = sa.select(tables.revision.c.tally)
+SET_TALLIES = tables.revision.update().values(tally=sa.bindparam("to_tally"))
 CHECKS = sa.select(tables.revision.c.guard)
 SET_CHECKS = tables.revision.update().values(guard=sa.bindparam("to_guard"))
 
@@ -23,7 +32,7 @@ def current(store: Store) -> Revision:
     if row is None:
         raise LookupError("the database has no revision row: it was not migrated")
     clock = Clock(row.clock, row.slot_s)
-    return Revision(row.catalogue, row.epoch, row.policy, clock)
+    return Revision(row.catalogue, row.epoch, row.policy, clock, row.experiment)
 
 
 def rely_on_catalogue(store: Store, known: Revision) -> None:
@@ -45,11 +54,26 @@ def advance_catalogue(store: Store, known: Revision, *, new_epoch: bool) -> int:
     return version
 
 
-def advance_policy(store: Store, known: Revision) -> int:
-    """Note a change of policy, written only if none came before it."""
-    version = known.policy + 1
+def rely_on_policies(store: Store, known: Revision) -> None:
+    """Write only if nobody has put a policy in force, for all or in an experiment.
+
+    Both take the next version of a policy: so they rely on one another.
+    """
     store.rely_on_revision("policy", known.policy)
+    store.rely_on_revision("experiment", known.experiment)
+
+
+def advance_policy(store: Store, known: Revision, version: int) -> None:
+    """Note a change of policy, written only if none came before it."""
+    rely_on_policies(store, known)
     store.write(SET_POLICY, {"to_policy": version})
+
+
+def advance_experiment(store: Store, known: Revision) -> int:
+    """Note a change of the experiment, written only if none came before it."""
+    version = known.experiment + 1
+    rely_on_policies(store, known)
+    store.write(SET_EXPERIMENT, {"to_experiment": version})
     return version
 
 
@@ -59,6 +83,18 @@ def advance_clock(store: Store, known: Clock, slot_s: float | None) -> Clock:
     store.rely_on_revision("clock", known.version)
     store.write(SET_CLOCK, {"to_clock": clock.version, "to_slot_s": slot_s})
     return clock
+
+
+def tallies(store: Store) -> int:
+    """How often the plays of experiments were counted."""
+    row = store.row(TALLIES)
+    return 0 if row is None else int(row.tally)
+
+
+def advance_tallies(store: Store, known: int) -> None:
+    """Note a count, written only if none came before it."""
+    store.rely_on_revision("tally", known)
+    store.write(SET_TALLIES, {"to_tally": known + 1})
 
 
 def checks(store: Store) -> int:

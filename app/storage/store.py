@@ -6,19 +6,19 @@ still stand (compare and set), else the unit runs again on what has changed.
 """
 
 import asyncio
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeVar
+from typing import Protocol, TypeAlias, TypeVar
 
 import sqlalchemy as sa
 from sqlalchemy.util import await_only
 
 from app.storage.aside import Aside
+from app.storage.prepared import Params, Row
 
 T = TypeVar("T")
-Params = Mapping[str, object]
-Connect = Callable[[], AbstractContextManager[sa.Connection]]
+Read: TypeAlias = Callable[[sa.Executable, Params], Sequence[Row]]
 
 
 class Rows(Protocol):
@@ -43,23 +43,20 @@ class Changes:
 class Store:
     """All queries of one unit of work."""
 
-    def __init__(self, connect: Connect, aside: Aside, in_turn: Aside) -> None:
-        self._connect = connect
+    def __init__(self, read: Read, aside: Aside, in_turn: Aside) -> None:
+        self._read = read
         self._aside = aside
         self._in_turn = in_turn
         self.changes = Changes()
 
     def rows(
         self, statement: sa.Executable, params: Params | None = None
-    ) -> Sequence[sa.Row[Any]]:
-        with self._connect() as connection:
-            return connection.execute(statement, params).all()
+    ) -> Sequence[Row]:
+        return self._read(statement, params or {})
 
-    def row(
-        self, statement: sa.Executable, params: Params | None = None
-    ) -> sa.Row[Any] | None:
-        with self._connect() as connection:
-            return connection.execute(statement, params).first()
+    def row(self, statement: sa.Executable, params: Params | None = None) -> Row | None:
+        rows = self._read(statement, params or {})
+        return rows[0] if rows else None
 
     def write(self, statement: sa.Executable, *rows: Params) -> None:
         """Note rows to be written with this statement."""
@@ -90,9 +87,27 @@ class Store:
         finally:
             lock.release()
 
-    def aside(self, work: Callable[[], T]) -> T:
-        """Compute something long without holding up other requests."""
-        return self._aside.run(work)
+    @property
+    def backlog(self) -> float:
+        """Seconds after which something long would begin, as far as was foretold."""
+        return self._aside.backlog
+
+    def aside(
+        self,
+        work: Callable[[], T],
+        *,
+        within: float | None = None,
+        foretold: float = 0.0,
+    ) -> T:
+        """Compute something long without holding up other requests.
+
+        within:   seconds to wait for it
+        foretold: seconds that it may take
+
+        Raises:
+            Late: it was not there within so many seconds.
+        """
+        return self._aside.run(work, within=within, foretold=foretold)
 
     def in_turn(self, work: Callable[[], T]) -> T:
         """Compute what takes seconds, one after the other: nobody listens for it."""

@@ -50,6 +50,8 @@ revision = sa.Table(
     sa.Column("guard", sa.Integer, nullable=False, server_default="0"),
     sa.Column("clock", sa.Integer, nullable=False, server_default="0"),
     sa.Column("slot_s", sa.Double, nullable=True),
+    sa.Column("experiment", sa.Integer, nullable=False, server_default="0"),
+    sa.Column("tally", sa.Integer, nullable=False, server_default="0"),
     sa.CheckConstraint("id = 1", name="single"),
 )
 
@@ -147,6 +149,9 @@ plays = sa.Table(
     sa.Column("fraction", sa.Double, nullable=True),
     sa.Column("answered_at", Instant, nullable=True),
     sa.Column("idempotency_key", sa.String(255), nullable=True),
+    sa.Column("experiment", sa.Integer, nullable=True),
+    sa.Column("arm", sa.String(64), nullable=True),
+    sa.Column("rung", sa.Integer, nullable=True),
     sa.Index(None, "id"),
     sa.Index(
         "uq_plays_user_id_closed_place", "user_id", "closed", "place", unique=True
@@ -180,6 +185,72 @@ policies = sa.Table(
     sa.Column("activated_at", Instant, nullable=False),
     sa.Column("by", sa.String(64), nullable=False),
     sa.Column("restores", sa.Integer, nullable=True),
+    sa.Column("experiment", sa.Integer, nullable=True),
+    sa.Column("rungs", sa.JSON(none_as_null=True), nullable=True),
+)
+
+experiments = sa.Table(
+    "experiments",
+    metadata,
+    sa.Column("version", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("name", sa.String(64), nullable=False),
+    sa.Column("origin", sa.Integer, nullable=False),
+    sa.Column("salt", sa.String(32), nullable=False),
+    sa.Column("arms", sa.JSON, nullable=False),
+    sa.Column("holdout", sa.Double, nullable=False),
+    sa.Column("control", sa.String(64), nullable=True),
+    sa.Column("split", sa.JSON, nullable=False),
+    sa.Column("shadows", sa.JSON, nullable=False),
+    sa.Column("policy", sa.Integer, nullable=False),
+    sa.Column("note", sa.Text, nullable=False),
+    sa.Column("at", Instant, nullable=False),
+    sa.Column("by", sa.String(64), nullable=False),
+    sa.Column("ended_at", Instant, nullable=True),
+    sa.Column("ended_by", sa.String(64), nullable=True),
+    sa.Column("ended_note", sa.Text, nullable=True),
+)
+
+tally = sa.Table(
+    "tally",
+    metadata,
+    sa.Column("id", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("after", sa.Uuid, nullable=False),
+    sa.Column("until", Instant, nullable=False),
+    sa.Column("checked_at", Instant, nullable=False),
+    sa.CheckConstraint("id = 1", name="single"),
+)
+
+arm_users = sa.Table(
+    "arm_users",
+    metadata,
+    sa.Column("user_id", ID, primary_key=True),
+    sa.Column("experiment", sa.Integer, nullable=False),
+    sa.Column("arm", sa.String(64), nullable=False),
+    sa.Column("plays", sa.Integer, nullable=False),
+    sa.Column("answered", sa.Integer, nullable=False),
+    sa.Column("earned", sa.Double, nullable=False),
+)
+
+arm_totals = sa.Table(
+    "arm_totals",
+    metadata,
+    sa.Column("experiment", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("arm", sa.String(64), primary_key=True),
+    sa.Column("users", sa.BigInteger, nullable=False),
+    sa.Column("plays", sa.BigInteger, nullable=False),
+    sa.Column("moved", sa.BigInteger, nullable=False),
+    sa.Column("sums", sa.JSON, nullable=False),
+)
+
+shadow_totals = sa.Table(
+    "shadow_totals",
+    metadata,
+    sa.Column("experiment", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("shadow", sa.String(64), primary_key=True),
+    sa.Column("part", sa.Integer, primary_key=True, autoincrement=False),
+    sa.Column("decisions", sa.BigInteger, nullable=False),
+    sa.Column("agreed", sa.BigInteger, nullable=False),
+    sa.Column("gained", sa.Double, nullable=False),
 )
 
 index_tables = sa.Table(

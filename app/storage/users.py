@@ -3,14 +3,15 @@
 from collections.abc import Sequence
 from datetime import datetime
 from operator import attrgetter
-from typing import Any
 from uuid import UUID
 
 import sqlalchemy as sa
 
 from app.domain import Anchor, Clock, Play, Revision, Slate, User
 from app.storage import plays as log
+from app.storage import tallies
 from app.storage.play_rows import from_row
+from app.storage.prepared import Row
 from app.storage.store import Store
 from app.storage.tables import beliefs, plays, revision, users
 
@@ -20,6 +21,7 @@ STANDING = (
     revision.c.policy.label("revision_policy"),
     revision.c.clock.label("revision_clock"),
     revision.c.slot_s.label("revision_slot_s"),
+    revision.c.experiment.label("revision_experiment"),
     users.c.slot.label("user_slot"),
     users.c.version.label("user_version"),
     users.c.pending.label("user_pending"),
@@ -172,6 +174,7 @@ def forget(store: Store, user: User) -> None:
     store.rely_on_user(user.id, user.version)
     log.forget(store, user.id)
     store.write(FORGET_BELIEFS, {"user": user.id})
+    tallies.forget_user(store, user.id)
     store.write(FORGET, {"user": user.id})
 
 
@@ -180,21 +183,22 @@ def page(store: Store, after: str, limit: int) -> Sequence[str]:
     return [row.id for row in store.rows(AFTER, {"after": after, "limit": limit})]
 
 
-def _revision(row: sa.Row[Any]) -> Revision:
+def _revision(row: Row) -> Revision:
     return Revision(
         row.revision_catalogue,
         row.revision_epoch,
         row.revision_policy,
         Clock(row.revision_clock, row.revision_slot_s),
+        row.revision_experiment,
     )
 
 
-def _waiting(rows: Sequence[sa.Row[Any]]) -> tuple[Play, ...]:
+def _waiting(rows: Sequence[Row]) -> tuple[Play, ...]:
     found = [from_row(row) for row in rows if row.id is not None]
     return tuple(sorted(found, key=attrgetter("place")))
 
 
-def _user(user: str, rows: Sequence[sa.Row[Any]], waiting: tuple[Play, ...]) -> User:
+def _user(user: str, rows: Sequence[Row], waiting: tuple[Play, ...]) -> User:
     row = rows[0]
     if row.user_version is None:
         return User(user)

@@ -6,6 +6,7 @@ so that a unit in error fails alone. Callers hear of success only after the comm
 """
 
 import asyncio
+import time
 from collections import deque
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
@@ -14,8 +15,10 @@ import sqlalchemy as sa
 from sqlalchemy.dialects.postgresql import ARRAY
 
 from app.errors import Overloaded
+from app.metrics import COMMIT_UNITS, COMMITS
 from app.storage.outages import is_outage
-from app.storage.store import Changes, Params, chunks
+from app.storage.prepared import Params, Statements
+from app.storage.store import Changes, chunks
 from app.storage.tables import revision, users
 
 BATCH = 256
@@ -35,7 +38,9 @@ REVISION = sa.select(revision).with_for_update()
 Apply = Callable[[Sequence[Changes]], Awaitable[list[bool]]]
 
 
-def apply(connection: sa.Connection, batch: Sequence[Changes]) -> list[bool]:
+def apply(
+    connection: sa.Connection, statements: Statements, batch: Sequence[Changes]
+) -> list[bool]:
     """Write the units that still stand; tell which they were."""
     standing = _standing(connection, batch)
     merged: dict[sa.Executable, list[Params]] = {}
@@ -44,10 +49,10 @@ def apply(connection: sa.Connection, batch: Sequence[Changes]) -> list[bool]:
             for statement, rows in changes.writes.items():
                 merged.setdefault(statement, []).extend(rows)
     for statement in sorted(merged, key=_inserts_last):
-        connection.execute(statement, merged[statement])
+        statements.write(connection, statement, merged[statement])
     for changes, stands in zip(batch, standing, strict=True):
         if stands:
-            _write_bulk(connection, changes)
+            _write_bulk(connection, statements, changes)
     return standing
 
 
@@ -56,10 +61,12 @@ def _inserts_last(statement: sa.Executable) -> bool:
     return isinstance(statement, sa.Insert)
 
 
-def _write_bulk(connection: sa.Connection, changes: Changes) -> None:
+def _write_bulk(
+    connection: sa.Connection, statements: Statements, changes: Changes
+) -> None:
     for statement, rows in changes.bulk:
         for chunk in chunks(rows()):
-            connection.execute(statement, chunk)
+            statements.write(connection, statement, chunk)
 
 
 def _standing(connection: sa.Connection, batch: Sequence[Changes]) -> list[bool]:
@@ -109,17 +116,21 @@ class Writer:
 
     def __init__(self, apply: Apply, *, limit: int, side_door: bool) -> None:
         self._apply = apply
-        self._limit = limit
+        self.limit = limit
         self._side_door = side_door  # large units do not stand in the queue
         self._queue: deque[_Waiting] = deque()
         self._task: asyncio.Task[None] | None = None
+
+    @property
+    def waiting(self) -> int:
+        return len(self._queue)
 
     async def commit(self, changes: Changes) -> bool:
         """Whether the unit was written; False: what it relied on has changed."""
         if self._side_door and changes.bulk:
             return (await self._apply([changes]))[0]
-        if len(self._queue) >= self._limit:
-            raise Overloaded(f"{self._limit} units of work are waiting to be written.")
+        if len(self._queue) >= self.limit:
+            raise Overloaded(f"{self.limit} units of work are waiting to be written.")
         waiting = _Waiting(changes, asyncio.get_running_loop().create_future())
         self._queue.append(waiting)
         if self._task is None or self._task.done():
@@ -151,6 +162,7 @@ class Writer:
         return batch
 
     async def _write(self, batch: list[_Waiting]) -> None:
+        began = time.perf_counter()
         try:
             standing = await self._apply([waiting.changes for waiting in batch])
         except Exception as error:  # noqa: BLE001 - handed to those it belongs to
@@ -160,6 +172,8 @@ class Writer:
             for waiting in batch:
                 _fail(waiting, error)
         else:
+            COMMITS.observe(time.perf_counter() - began)
+            COMMIT_UNITS.observe(len(batch))
             for waiting, stands in zip(batch, standing, strict=True):
                 _resolve(waiting, stands=stands)
 

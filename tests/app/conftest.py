@@ -87,6 +87,7 @@ def settings(database_url: str) -> Settings:
         log_level="error",
         index_tables="off",
         guard="off",
+        decision_budget=60_000,  # whatever else the machine has to do
     )
 
 

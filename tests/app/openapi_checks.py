@@ -8,6 +8,7 @@ from schemathesis.specs.openapi.checks import positive_data_acceptance
 
 OF_THE_CONTENT = {
     "invalid_cursor",
+    "invalid_experiment",
     "invalid_import",
     "invalid_model",
     "unknown_item",

@@ -4,12 +4,13 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from app.domain import ItemModel, PolicyVersion, Revision
+from app.domain import ItemModel, Revision
 from app.services import beliefs, decisions, slates
 from app.services.catalogue import Catalogue, Listing, Shelf
 from app.services.decisions import Candidates
-from app.services.live import InForce
 from app.services.mathematics import stacked
+from app.services.pace import Pace
+from app.services.rungs import Rung
 from app.storage.packing import Entries
 from policies import NEVER, Floats, Policy, Scorer, Situation, create, ready
 from tests.catalogues import SIMPLE
@@ -26,7 +27,7 @@ def test_a_policy_that_looks_ahead_is_told_what_is_chosen() -> None:
 
     policy = create("rollout", {})
     first = candidates(policy)
-    made = slates.decide(first, in_force(policy, scores), seed=1, count=6)
+    made = slates.decide(first, rung(policy, scores), seed=1, count=6)
 
     assert [decision.serial for decision in made[:2]] == [1, 4]
     assert sorted(decision.serial for decision in made) == list(range(6))
@@ -50,7 +51,7 @@ def test_an_index_is_asked_once_and_its_best_items_are_taken() -> None:
         return np.array([1.0, 3.0, 2.0, 2.0])
 
     policy = create("myopic", {})
-    made = slates.decide(candidates(policy), in_force(policy, scores), seed=1, count=6)
+    made = slates.decide(candidates(policy), rung(policy, scores), seed=1, count=6)
 
     assert len(asked) == 1
     assert made[0].serial == 4
@@ -65,7 +66,7 @@ def test_one_play_is_chosen_as_if_there_were_no_slates() -> None:
     found = candidates(policy)
     scorer = ready(policy, found.situation.models)
 
-    [alone] = slates.decide(found, in_force(policy, scorer), seed=7, count=1)
+    [alone] = slates.decide(found, rung(policy, scorer), seed=7, count=1)
 
     plain = decisions.decide(found, scorer, seed=7)
     assert (alone.serial, alone.choice) == (plain.serial, plain.choice)
@@ -94,7 +95,5 @@ def model(name: str) -> ItemModel:
     )
 
 
-def in_force(policy: Policy, scorer: Scorer) -> InForce:
-    version = PolicyVersion(1, "stub", {}, "", NOW, "test")
-    models = candidates(policy).situation.models
-    return InForce(version, policy, models, (), {}, scorer)
+def rung(policy: Policy, scorer: Scorer) -> Rung:
+    return Rung(policy, scorer, Pace())

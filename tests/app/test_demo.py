@@ -22,6 +22,7 @@ from app.demo import catalogue, trial
 from app.demo.client import Client
 from app.demo.listeners import Listener, Nature
 from app.demo.trial import Lived, Trial
+from app.domain import Described
 from app.services.policy import current, swap
 from tests.app.commands import Encore, start
 from tests.app.service import ADMIN, Service
@@ -102,7 +103,7 @@ def test_listeners_live_with_each_policy(demo: Service, encore: Encore) -> None:
 
 def test_a_trial_cut_short_leaves_no_policy_behind(demo: Service) -> None:
     def cut_short(name: str) -> None:
-        put = partial(swap, name=name, params={}, note=trial.NOTE, by="a test")
+        put = partial(swap, described=Described(name, {}), note=trial.NOTE, by="a test")
         in_database(demo, put)
 
     demo.set_policy("myopic")

@@ -192,7 +192,9 @@ def test_tables_can_be_distributed_by_user(
     everything = asyncio.run(
         on_postgresql(postgres_url, "SELECT name FROM distributed")
     )
-    assert by_user == ["users", "beliefs", "plays"]
+    keyed = {table.name for table in metadata.tables.values() if "user_id" in table.c}
+    assert by_user == ["users", "beliefs", "plays", "arm_users"]
+    assert {*by_user} == keyed | {"users"}
     assert sorted(everything) == sorted(table.name for table in metadata.sorted_tables)
     after = Service.start(changed)
     after.answer(after.next("ann")["play"], "skip")

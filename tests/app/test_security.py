@@ -13,6 +13,7 @@ from urllib.parse import quote
 import httpx
 import pytest
 
+from app.services.rates import MOST_KEPT, Rate
 from app.settings import Settings
 from tests.app.commands import Encore
 from tests.app.service import ADMIN, Service
@@ -139,6 +140,15 @@ def test_what_is_no_origin_is_refused(service: Service, origins: object) -> None
     assert refused.json()["errors"][0]["field"] == "origins"
 
 
+def test_an_origin_is_kept_as_browsers_send_it(service: Service) -> None:
+    given = [f"{PAGE}:443", "http://a.example:80", "https://b.example:80"]
+    form = {"scope": "serve", "name": "x", "origins": given}
+
+    kept = service.client.post(KEYS, json=form).json()["origins"]
+
+    assert kept == [PAGE, "http://a.example", "https://b.example:80"]
+
+
 def asked(client: httpx.Client, origin: str) -> httpx.Response:
     headers = {"Origin": origin, "Access-Control-Request-Method": "POST"}
     return client.options("/v1/users/ann/next", headers=headers)
@@ -191,17 +201,30 @@ def test_who_asks_too_often_is_told_when_to_come_again(limited: Service) -> None
     with limited.with_key(key["key"]) as client:
         about = [client.get("/v1/users/ann/beliefs") for _ in range(3)]
         others = [client.get("/v1/users/bob/beliefs") for _ in range(2)]
+        others.append(client.get("/v1/items"))  # what is refused counts for nobody
         refused = client.get("/v1/items")
     with limited.with_key(other["key"]) as client:
         assert client.get("/v1/items").status_code == 200
 
     assert [answer.status_code for answer in about] == [200, 200, 429]
-    assert [answer.status_code for answer in others] == [200, 200]
+    assert [answer.status_code for answer in others] == [200] * 3
     for answer, of, most in ((about[-1], "user", 50), (refused, "key", 20)):
         problem = answer.json()
         assert (answer.status_code, problem["code"]) == (429, "too_many_requests")
         assert [fault["field"] for fault in problem["errors"]] == [of]
         assert 0 < int(answer.headers["retry-after"]) <= most
+
+
+def test_those_who_wait_are_not_gone_through_at_each_request() -> None:
+    rate = Rate("user", 0.001, burst_s=1e6)
+    for number in range(MOST_KEPT + 1):
+        rate.take(f"user-{number}")
+    kept = rate._due
+
+    rate.take("another")
+
+    assert rate._due is kept
+    assert len(kept) == MOST_KEPT + 2
 
 
 def test_without_a_key_nothing_is_told_of_who_exists(playing: Service) -> None:

@@ -1,5 +1,7 @@
 """What is held about a user, plans, forecasts, and leaving."""
 
+from typing import Any
+
 import pytest
 
 from tests.app.service import Service
@@ -113,6 +115,56 @@ def test_a_playlist_is_what_myopic_plays_if_nothing_is_answered(
         assert play["item"] == best
         assert play["like"] == pytest.approx(oracle.like(best))
         oracle.take(best, "none")
+
+
+def test_another_policy_can_be_planned_by_and_is_not_put_in_force(
+    example: Service,
+) -> None:
+    for item, signal in (("item-1", "like"), ("item-2", "skip"), ("item-3", "like")):
+        report(example, "ann", item, signal)
+    form = {"length": 6, "repeats": True}
+    before = example.client.get("/v1/admin/policies").json()
+    by_default = plan(example, **form)
+
+    planned = {
+        name: plan(example, **form, policy={"name": name, "params": params})
+        for name, params in (
+            ("myopic", {}),
+            ("round_robin", {}),
+            ("exact_rollout", {"base": "myopic", "depth": 2, "leaf": "none"}),
+        )
+    }
+
+    assert planned["myopic"]["plays"] == by_default["plays"]
+    assert by_default["policy"]["name"] == "myopic"
+    items = {name: [p["item"] for p in plan["plays"]] for name, plan in planned.items()}
+    assert items["round_robin"] != items["myopic"]
+    for name, found in planned.items():
+        assert found["policy"] == {"version": 0, "name": name}
+        assert {play["rung"] for play in found["plays"]} == {0}
+    assert example.client.get("/v1/admin/policies").json() == before
+    assert example.next("ann")["policy"]["name"] == "myopic"
+
+
+def test_a_plan_by_a_policy_that_is_none_names_the_field(example: Service) -> None:
+    too_much = {"horizon": 50, "trajectories": 10_000}
+    for policy, field in (
+        ({"name": "nobody"}, "policy.name"),
+        ({"name": "rollout", "params": {"horizon": -1}}, "policy.params.horizon"),
+        ({"name": "rollout", "params": too_much}, "policy.params.trajectories"),
+        ({"name": "myopic", "params": {"x": 1}}, "policy.params.x"),
+    ):
+        answer = example.client.post("/v1/users/ann/playlist", json={"policy": policy})
+
+        assert answer.status_code == 422
+        assert [fault["field"] for fault in answer.json()["errors"]] == [field]
+
+
+def plan(service: Service, **form: object) -> dict[str, Any]:
+    answer = service.client.post("/v1/users/ann/playlist", json=form)
+    assert answer.is_success, answer.text
+    found: dict[str, Any] = answer.json()
+    return found
 
 
 def test_a_playlist_plans_no_item_twice_and_ends_when_none_is_left(

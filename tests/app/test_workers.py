@@ -4,6 +4,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import httpx
 import pytest
@@ -38,6 +39,32 @@ def test_every_worker_obeys_a_swap_on_its_next_request(crowd: httpx.Client) -> N
         plays = in_parallel(crowd, [f"user-{round_}-{number}" for number in range(64)])
 
         assert [play["policy"] for play in plays] == [expected] * 64
+
+
+def test_every_worker_obeys_an_experiment_on_its_next_request(
+    crowd: httpx.Client,
+) -> None:
+    present = crowd.get("/v1/admin/policy").json()["version"]
+    for round_ in range(3):
+        arms = [
+            {"name": "one", "share": 0.5, "policy": {"name": "best_fixed"}},
+            {"name": "two", "share": 0.5, "policy": {"name": "random"}},
+        ]
+        form = {"name": f"round-{round_}", "arms": arms}
+        begun = crowd.put("/v1/admin/experiment", json=form).raise_for_status().json()
+        own = {arm["policy"]["version"] for arm in begun["arms"]}
+
+        during = in_parallel(crowd, [f"in-{round_}-{number}" for number in range(64)])
+        crowd.delete("/v1/admin/experiment").raise_for_status()
+        after = in_parallel(crowd, [f"out-{round_}-{number}" for number in range(64)])
+
+        assert {version_of(play) for play in during} == own
+        assert {version_of(play) for play in after} == {present}
+
+
+def version_of(play: dict[str, Any]) -> int:
+    version: int = play["policy"]["version"]
+    return version
 
 
 def test_every_worker_knows_a_new_item_at_once(crowd: httpx.Client) -> None:
@@ -110,13 +137,13 @@ def test_sqlite_is_served_by_one_worker(
 
 def in_parallel(
     crowd: httpx.Client, users: list[str], params: dict[str, str] | None = None
-) -> list[dict[str, object]]:
+) -> list[dict[str, Any]]:
     """A play for each user, each over a connection of its own."""
 
-    def ask(user: str) -> dict[str, object]:
+    def ask(user: str) -> dict[str, Any]:
         with client_of(str(crowd.base_url), ADMIN) as client:
             answer = client.get(f"/v1/users/{user}/next", params=params)
-        play: dict[str, object] = answer.raise_for_status().json()
+        play: dict[str, Any] = answer.raise_for_status().json()
         return play
 
     with ThreadPoolExecutor(THREADS) as threads:

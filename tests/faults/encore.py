@@ -9,6 +9,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+import httpx
+
+from tests.app.indexes import metric
 from tests.app.postgres import die_with_parent, free_port
 from tests.app.service import ADMIN, client_of
 from tests.app.workers import wait_until_ready
@@ -74,11 +77,21 @@ class Encore:
         return killed
 
     def wait_for_workers(self) -> None:
-        end = time.monotonic() + 60
-        while len(self.workers()) < self._workers:
+        """Wait until all of them can decide: else the next fault meets a service that
+        is still starting.
+        """
+        end = time.monotonic() + 120
+        while self._ready() < self._workers:
             if time.monotonic() > end:
                 raise TimeoutError("the workers did not come back")
-            time.sleep(0.02)
+            time.sleep(0.05)
+
+    def _ready(self) -> float:
+        with client_of(self.url, ADMIN) as client:
+            try:
+                return metric(client, "encore_workers_ready")
+            except httpx.TransportError:
+                return 0.0  # the one that was asked is dead
 
     def stop(self) -> None:
         self.process.terminate()

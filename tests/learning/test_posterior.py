@@ -207,8 +207,8 @@ def test_draws_begin_as_far_apart_as_the_log_allows() -> None:
     short, long = (
         np.array([told(each) for each in posterior.chains])
         for posterior in (
-            sample(seen, learned, REWARD, smoothing, Sampling(24, 20)),
-            sample(seen, learned, REWARD, smoothing, Sampling(24, 500, 1)),
+            sample(seen, learned, REWARD, smoothing, Sampling(16, 20)),
+            sample(seen, learned, REWARD, smoothing, Sampling(16, 200, 1)),
         )
     )
 

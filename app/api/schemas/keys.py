@@ -18,12 +18,21 @@ from app.api.schemas.fields import NO_NUL, Form, storable
 from app.domain import Key, Scope
 
 LONGEST_GRACE_S = 30 * 86_400.0
-ORIGIN = (  # as browsers send it: no path, no usual port
+ORIGIN = (  # as browsers send it: no path
     r"^https?://[a-z0-9]([a-z0-9.-]{0,251}[a-z0-9])?(:[1-9][0-9]{0,4})?$"
 )
+USUAL = {"http": ":80", "https": ":443"}
+
+
+def as_sent(origin: str) -> str:
+    """An origin without its usual port, which browsers leave out."""
+    return origin.removesuffix(USUAL[origin.partition("://")[0]])
+
+
 Origin = Annotated[
     str,
     StringConstraints(strict=True, max_length=270, pattern=ORIGIN),
+    AfterValidator(as_sent),
     Field(examples=["https://player.example.com"]),
 ]
 

@@ -18,7 +18,7 @@ Ids = Annotated[list[Id], Field(max_length=10_000)]
 Count = Annotated[int, Query(ge=1, le=MOST, description="how many for one slot")]
 
 
-class SelectionForm(Form):
+class AmongForm(Form):
     """Which items may be chosen, by the names that the query has."""
 
     tag: Annotated[
@@ -30,6 +30,15 @@ class SelectionForm(Form):
     exclude: Annotated[
         Ids, Field(default_factory=list, description="it is none of these")
     ]
+
+    def selection(self) -> Selection:
+        named = None if self.candidate is None else tuple(self.candidate)
+        return Selection(tuple(self.tag), named, tuple(self.exclude))
+
+
+class SelectionForm(AmongForm):
+    """The same for the next play."""
+
     count: Annotated[
         int,
         Field(strict=True, ge=1, le=MOST, description="how many for one slot"),
@@ -38,10 +47,6 @@ class SelectionForm(Form):
     explain: Annotated[
         bool, Field(strict=True, description="also tell why this item")
     ] = False
-
-    def selection(self) -> Selection:
-        named = None if self.candidate is None else tuple(self.candidate)
-        return Selection(tuple(self.tag), named, tuple(self.exclude))
 
 
 ONE_OF_BOTH: list[JsonValue] = [

@@ -32,6 +32,14 @@ class PlayView(Form):
     signal: str | None
     fraction: Chance | None
     policy: int | None
+    rung: Annotated[
+        int | None,
+        Field(description="of the policy; 0: itself, else what it fell to"),
+    ]
+    experiment: Annotated[
+        int | None, Field(description="version of the experiment it was part of")
+    ]
+    arm: Annotated[str | None, Field(description="of the experiment")]
     catalogue: int
     model: str
     model_version: int
@@ -58,6 +66,9 @@ class PlayView(Form):
             signal=play.signal,
             fraction=play.fraction,
             policy=play.policy,
+            rung=play.rung,
+            experiment=play.experiment,
+            arm=play.arm,
             catalogue=play.catalogue,
             model=play.model,
             model_version=play.model_version,

@@ -26,6 +26,7 @@ from pydantic_core import (
 
 from app.api.schemas.fields import Form, Note, whole
 from app.api.schemas.pages import NextCursor
+from app.domain import Described
 from app.services.policy import Present
 from app.services.policy_catalogue import Choice, Option, choices
 
@@ -48,11 +49,22 @@ class PolicyForm(FollowedForm):
 
     note: Note = ""
 
+    def described(self) -> Described:
+        """The policy, with the parameters that were given."""
+        return Described(self.name, self.params.model_dump(exclude_unset=True))
+
 
 class RollbackForm(Form):
     """Why the policy before the present one is put back."""
 
     note: Note = ""
+
+
+class RungView(Form):
+    """A policy by its name and all of its parameters."""
+
+    name: str
+    params: Mapping[str, object]
 
 
 class PolicyInForce(Form):
@@ -73,6 +85,13 @@ class PolicyInForce(Form):
     ]
     restores: Annotated[
         int | None, Field(description="the version that a rollback went back to")
+    ]
+    rungs: Annotated[
+        list[RungView] | None,
+        Field(
+            description="what decides where it takes too long or fails, in this order;"
+            " null: an earlier release did not say"
+        ),
     ]
 
 
@@ -99,11 +118,25 @@ class PresentPolicy(PolicyInForce):
         version, tables = present.version, present.tables
         return cls.model_validate(
             {
-                **{name: getattr(version, name) for name in PolicyInForce.model_fields},
+                **dict(PolicyInForce.model_validate(version)),
                 "tables": tables and TablesView.model_validate(tables),
                 "warnings": present.warnings,
             }
         )
+
+
+class PolicyChoice(Form):
+    """A policy that may be put in force, and the form of its parameters."""
+
+    name: str
+    summary: str
+    params: Annotated[
+        Mapping[str, object], Field(description="a JSON schema, with all defaults")
+    ]
+
+
+class PolicyChoices(Form):
+    policies: list[PolicyChoice]
 
 
 class PolicyPage(Form):
@@ -131,10 +164,14 @@ def forms_of(choices: Iterable[Choice]) -> Mapping[str, type[PolicyForm]]:
     return forms
 
 
-def chosen_by_name(forms: Mapping[str, type[FollowedForm]]) -> GetPydanticSchema:
+def chosen_by_name(
+    forms: Mapping[str, type[FollowedForm]], *, optional: bool = False
+) -> GetPydanticSchema:
     """The form that `name` asks for; faults are placed as if it were the only one."""
 
-    def validate(value: object) -> FollowedForm:
+    def validate(value: object) -> FollowedForm | None:
+        if value is None and optional:
+            return None
         name = Named.model_validate(value).name
         if name in forms:
             return forms[name].model_validate(value)
@@ -142,9 +179,10 @@ def chosen_by_name(forms: Mapping[str, type[FollowedForm]]) -> GetPydanticSchema
 
     def schema(_source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         kinds = {name: handler.generate_schema(form) for name, form in forms.items()}
+        union = core_schema.tagged_union_schema(kinds, "name")
+        shown = core_schema.nullable_schema(union) if optional else union
         return core_schema.no_info_plain_validator_function(
-            validate,
-            json_schema_input_schema=core_schema.tagged_union_schema(kinds, "name"),
+            validate, json_schema_input_schema=shown
         )
 
     return GetPydanticSchema(schema)
@@ -262,4 +300,18 @@ EXAMPLES: dict[str, Example] = {
     }
     for name, form in FORMS.items()
 }
+
 AnyPolicyForm = Annotated[PolicyForm, chosen_by_name(FORMS)]
+OptionalPolicyForm = Annotated[PolicyForm | None, chosen_by_name(FORMS, optional=True)]
+CHOICES = PolicyChoices(
+    policies=[
+        PolicyChoice(
+            name=choice.name,
+            summary=choice.summary,
+            params=type(
+                FORMS[choice.name].model_fields["params"].default
+            ).model_json_schema(),
+        )
+        for choice in choices()
+    ]
+)

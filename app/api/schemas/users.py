@@ -3,16 +3,19 @@
 from collections.abc import Sequence
 from typing import Annotated, Self
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
-from app.api.schemas.fields import Form, Id, Reward
-from app.api.schemas.listening import FeedbackForm
+from app.api.schemas.fields import Form, Id, Reward, whole
+from app.api.schemas.listening import AmongForm, FeedbackForm, PolicyName
 from app.api.schemas.pages import NextCursor
 from app.api.schemas.plays import PlayView
+from app.api.schemas.policy import OptionalPolicyForm
 from app.services.forecasts import Forecast
 from app.services.moods import Mood
-from app.services.playlists import Planned
+from app.services.playlists import Plan, Planned
 from app.services.profiles import Holding
+
+LONGEST = 200  # playlist
 
 
 class ReportForm(FeedbackForm):
@@ -62,12 +65,34 @@ class PlayPage(Form):
     next: NextCursor
 
 
+class PlaylistForm(AmongForm):
+    """Which plays to plan, and by which policy."""
+
+    length: Annotated[
+        int, Field(strict=True, ge=1, le=LONGEST), BeforeValidator(whole)
+    ] = 20
+    repeats: Annotated[
+        bool, Field(strict=True, description="an item may be planned more than once")
+    ] = False
+    policy: Annotated[
+        OptionalPolicyForm,
+        Field(
+            description="plans in place of the one that serves the user; it need not"
+            " have been in force, and is not put there"
+        ),
+    ] = None
+
+
 class PlannedPlay(Form):
     item: str
     title: str
     slot: int
     like: Reward
     pending: bool
+    rung: Annotated[
+        int | None,
+        Field(description="of the policy; 0: itself, else what it fell to"),
+    ]
 
     @classmethod
     def of(cls, planned: Planned) -> Self:
@@ -77,6 +102,7 @@ class PlannedPlay(Form):
             slot=planned.slot,
             like=planned.like,
             pending=planned.pending,
+            rung=planned.rung,
         )
 
 
@@ -85,7 +111,17 @@ class Playlist(Form):
     mood: Annotated[
         MoodView | None, Field(description="in which it begins; no answer changes it")
     ]
+    policy: Annotated[PolicyName, Field(description="that planned")]
     plays: list[PlannedPlay]
+
+    @classmethod
+    def of(cls, user: str, plan: Plan) -> Self:
+        return cls(
+            user=user,
+            mood=mood_view(plan.mood),
+            policy=PolicyName(version=plan.policy.version, name=plan.policy.name),
+            plays=[PlannedPlay.of(play) for play in plan.plays],
+        )
 
 
 class ForecastPoint(Form):
