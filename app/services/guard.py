@@ -11,6 +11,7 @@ from functools import partial
 from uuid import UUID
 
 from app.domain import GUARD, PolicyVersion
+from app.play_ids import since
 from app.services import (
     guard_reading,
     guard_regime,
@@ -82,7 +83,7 @@ def check(
 def _read_to(store: Store, now: datetime, terms: Terms) -> UUID:
     """The last play that was read; what came long ago is left out."""
     progress = judgements.progress(store)
-    first = guard_reading.since(now - terms.reach)
+    first = since(now - terms.reach)
     return first if progress is None else max(progress.after, first)
 
 

@@ -61,11 +61,6 @@ def read(
     return reading
 
 
-def since(moment: datetime) -> UUID:
-    """A play id before all those of a moment: version 7 begins with milliseconds."""
-    return UUID(int=int(moment.timestamp() * 1000) << 80)
-
-
 def _take(reading: Reading, play: PlayRow, rewards: Mapping[str, float]) -> None:
     """Count a play, if it was recommended, and answered with what its model knows."""
     reward = rewards.get(play.signal or "")

@@ -10,7 +10,7 @@ from functools import partial
 from uuid import UUID
 
 from app.domain import PolicyVersion
-from app.services.guard_reading import since
+from app.play_ids import moment, since
 from app.services.in_force import find_policy
 from app.services.rewards import Rewards
 from app.storage import recent
@@ -128,14 +128,9 @@ def overview(store: Store, now: datetime, span: timedelta, buckets: int) -> Over
         before = page[-1].id
         store.pause()
     else:
-        begin = _moment(before)
+        begin = moment(before)
     known = {version: find_policy(store, version) for version in _versions([*courses])}
     return Overview(begin, now, span, span / buckets, courses, known)
-
-
-def _moment(play: UUID) -> datetime:
-    """When a play was chosen: version 7 begins with milliseconds."""
-    return datetime.fromtimestamp((play.int >> 80) / 1000, tz=UTC)
 
 
 def _versions(courses: Sequence[int | None]) -> Sequence[int]:

@@ -12,9 +12,9 @@ from datetime import UTC, datetime, timedelta
 from uuid import UUID
 
 from app.domain import Experiment
+from app.play_ids import since
 from app.services import arm_sums
 from app.services.arm_sums import Added, Taken
-from app.services.guard_reading import since
 from app.services.rewards import Rewards
 from app.storage import experiments, revision, tallies
 from app.storage.store import Store

@@ -14,7 +14,7 @@ from app.storage import migrate
 from policies import warm_up
 from tests.app.commands import Encore, encore_in
 from tests.app.postgres import Server
-from tests.app.service import ADMIN, Service
+from tests.app.service import Service, settings_of
 from tests.catalogues import load, paper_example
 
 NUMBERS = itertools.count()
@@ -80,15 +80,7 @@ def postgres_url(postgres: Server) -> Iterator[str]:
 
 @pytest.fixture
 def settings(database_url: str) -> Settings:
-    return Settings(
-        database_url=database_url,
-        port=0,
-        bootstrap_key=ADMIN,
-        log_level="error",
-        index_tables="off",
-        guard="off",
-        decision_budget=60_000,  # whatever else the machine has to do
-    )
+    return settings_of(database_url)
 
 
 @pytest.fixture

@@ -15,6 +15,19 @@ from app.settings import Settings
 ADMIN = "an-admin-key-for-tests"
 
 
+def settings_of(database_url: str) -> Settings:
+    """A service that does nothing unasked, whatever else the machine has to do."""
+    return Settings(
+        database_url=database_url,
+        port=0,
+        bootstrap_key=ADMIN,
+        log_level="error",
+        index_tables="off",
+        guard="off",
+        decision_budget=60_000,
+    )
+
+
 @dataclass
 class Service:
     """A running service, and a client that may do everything."""

@@ -14,7 +14,7 @@ from app.load import bench
 from app.main import create_app
 from app.settings import Settings
 from tests.app.commands import Encore, Said
-from tests.app.service import ADMIN, Service
+from tests.app.service import ADMIN, Service, settings_of
 from tests.catalogues import load, paper_example
 
 Break = Callable[[ASGIApp, Scope, Receive, Send], Awaitable[None]]
@@ -171,14 +171,7 @@ def test_who_waits_behind_a_slow_answer_is_counted_from_when_they_were_due(
 
 @pytest.fixture
 def sqlite_settings(sqlite_url: str) -> Settings:
-    return Settings(
-        database_url=sqlite_url,
-        port=0,
-        bootstrap_key=ADMIN,
-        log_level="error",
-        index_tables="off",
-        guard="off",
-    )
+    return settings_of(sqlite_url)
 
 
 @pytest.fixture

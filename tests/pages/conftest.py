@@ -15,7 +15,7 @@ from tests.app.conftest import (
     sqlite_template,
     sqlite_url,
 )
-from tests.app.service import ADMIN, Service
+from tests.app.service import ADMIN, Service, settings_of
 from tests.pages.browser import OPTIONS, Watched, chromium
 
 __all__ = [
@@ -32,15 +32,7 @@ __all__ = [
 @pytest.fixture
 def settings(sqlite_url: str) -> Settings:
     """One database will do: pages call the API, which is tried on both."""
-    return Settings(
-        database_url=sqlite_url,
-        port=0,
-        bootstrap_key=ADMIN,
-        log_level="error",
-        index_tables="off",
-        guard="off",
-        decision_budget=60_000,
-    )
+    return settings_of(sqlite_url)
 
 
 @pytest.fixture(scope="module")
