@@ -3,7 +3,7 @@
 import asyncio
 from collections.abc import Iterable
 from contextlib import suppress
-from functools import partial
+from functools import cache, partial
 
 import structlog
 
@@ -43,6 +43,12 @@ def load(store: Store, live: Live) -> None:
             live.policy(store, known, catalogue)
 
 
+@cache
+def _compile(policy: Policy) -> None:
+    """Once in a process."""
+    warm_up([policy])
+
+
 async def compiled(policies: Iterable[Policy]) -> None:
     """Wait for the compiler, which the end of the service does not await.
 
@@ -50,6 +56,6 @@ async def compiled(policies: Iterable[Policy]) -> None:
     """
     for one in policies:
         try:
-            await asyncio.wrap_future(beside(partial(warm_up, [one])))
+            await asyncio.wrap_future(beside(partial(_compile, one)))
         except Exception:
             logger.exception("compiling_failed", policy=type(one).__name__)
