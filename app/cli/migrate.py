@@ -10,7 +10,7 @@ from alembic.util import CommandError
 
 from app.cli.console import AsJson, Failed, note, say, show_json
 from app.cli.session import DatabaseUrl, configured, place, revision_of, unreachable
-from app.errors import DatabaseUnavailable
+from app.errors import Contended, DatabaseUnavailable
 from app.settings import Settings
 from app.storage import migrate
 from app.storage.citus import statements
@@ -72,5 +72,7 @@ def _told(settings: Settings) -> Iterator[None]:
         yield
     except CommandError as error:
         raise Failed(str(error), status=2) from error
+    except Contended as error:
+        raise Failed(f"{error.detail} Nothing was changed; try again.") from error
     except DatabaseUnavailable as error:
         raise unreachable(settings, error) from error

@@ -1,22 +1,30 @@
 """Brings a database to this release's tables, and says whether it is there."""
 
-from collections.abc import Iterator
+import random
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import sqlalchemy as sa
+import structlog
 from alembic import command
 from alembic.config import Config
 from alembic.script import ScriptDirectory
 from sqlalchemy.exc import DBAPIError
 
 import migrations
-from app.errors import DatabaseUnavailable
-from app.storage.outages import is_missing_table, is_outage
+from app.errors import Contended, DatabaseUnavailable
+from app.storage.outages import is_missing_table, is_outage, state_of
 from app.storage.store import Store
 
+IN_USE = {"40P01", "55P03"}  # deadlock, no lock in time
+ATTEMPTS = 10
+PAUSE = 1.0  # seconds between two of them at most
 VERSION = sa.text("SELECT version_num FROM alembic_version")
+
+logger = structlog.get_logger()
 
 
 def config(url: str) -> Config:
@@ -28,13 +36,17 @@ def config(url: str) -> Config:
 
 
 def upgrade(url: str, to: str = "head") -> None:
-    with _outages_told():
-        command.upgrade(config(url), to)
+    """Change the tables.
+
+    Raises:
+        Contended: requests go on that use them; nothing was changed.
+    """
+    _insist(partial(command.upgrade, config(url), to))
 
 
 def downgrade(url: str, to: str) -> None:
-    with _outages_told():
-        command.downgrade(config(url), to)
+    """Change them back; see `upgrade`."""
+    _insist(partial(command.downgrade, config(url), to))
 
 
 @cache
@@ -67,6 +79,23 @@ def present(store: Store) -> str | None:
             return None
         raise
     return None if row is None else str(row.version_num)
+
+
+def _insist(work: Callable[[], None]) -> None:
+    """Run it until it has its locks: requests do not wait for it, and come first."""
+    for left in reversed(range(ATTEMPTS)):
+        try:
+            with _outages_told():
+                work()
+        except DBAPIError as error:
+            if state_of(error) not in IN_USE:
+                raise
+            if left == 0:
+                raise Contended("Requests use the tables all the time.") from error
+            logger.warning("tables are in use", attempts_left=left)
+            time.sleep(random.uniform(0, PAUSE))  # noqa: S311 - no secret
+        else:
+            return
 
 
 @contextmanager

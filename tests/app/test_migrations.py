@@ -1,17 +1,19 @@
 """The revisions lead to the tables, and back."""
 
 import asyncio
+from functools import partial
 from typing import Any
 
 import asyncpg
 import pytest
 from alembic import command
+from structlog.testing import capture_logs
 
 from app.settings import Settings
 from app.storage import migrate
 from app.storage.tables import metadata
 from tests.app.clocks import later, set_clock
-from tests.app.commands import Encore
+from tests.app.commands import Encore, Said
 from tests.app.service import Service
 from tests.app.test_audits import audit
 from tests.catalogues import SERIES, load, paper_example
@@ -151,6 +153,56 @@ async def on_postgresql(url: str, *scripts: str) -> list[Any]:
     found = [row[0] for row in await connection.fetch(scripts[-1])]
     await connection.close()
     return found
+
+
+def test_requests_come_before_a_migration(postgres_url: str) -> None:
+    """One that holds what the other wants next: the migration lets go, and is back."""
+    url = Settings(database_url=postgres_url).database_url
+    address = url.replace("+asyncpg", "")
+    migrate.downgrade(url, "0013")
+
+    async def request() -> None:
+        connection = await asyncpg.connect(address)
+        waiting = "SELECT count(*) FROM pg_locks WHERE NOT granted"
+        async with connection.transaction():
+            await connection.execute("SELECT FROM plays LIMIT 1")
+            upgrade = asyncio.create_task(asyncio.to_thread(migrate.upgrade, url))
+            while not (await on_postgresql(address, waiting))[0]:  # noqa: ASYNC110
+                await asyncio.sleep(0.01)
+            await connection.execute("SELECT FROM policies LIMIT 1")
+        await upgrade
+        await connection.close()
+
+    with capture_logs() as logged:
+        asyncio.run(request())
+
+    assert [line["event"] for line in logged] == ["tables are in use"]
+    command.check(migrate.config(url))
+
+
+def test_a_migration_that_never_has_its_turn_changes_nothing(
+    postgres_url: str, encore: Encore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    url = Settings(database_url=postgres_url).database_url
+    migrate.downgrade(url, "0013")
+    monkeypatch.setattr(migrate, "ATTEMPTS", 1)
+
+    async def held() -> Said:
+        connection = await asyncpg.connect(url.replace("+asyncpg", ""))
+        async with connection.transaction():
+            await connection.execute("SELECT FROM plays LIMIT 1")
+            asked = partial(encore, "migrate", "--database-url", postgres_url)
+            said = await asyncio.to_thread(asked)
+        await connection.close()
+        return said
+
+    said = asyncio.run(held())
+
+    assert said.status == 1
+    assert "Nothing was changed; try again." in said.err
+    assert "Traceback" not in said.err
+    migrate.upgrade(url)
+    command.check(migrate.config(url))
 
 
 def test_plays_are_shared_out_by_user_on_postgresql(example: Service) -> None:

@@ -30,7 +30,6 @@ from tests.faults.postgres import durable, replicated
 USERS = 8
 LOCKED_S = 7.0  # longer than anybody waits for a connection
 FULL_S = 1.5
-TRIES = 10
 NO_LIMIT = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
 MIGRATION = '''"""A release that has not been written yet."""
 
@@ -241,13 +240,9 @@ def _upgraded(later: Path) -> Outcome:
 
 
 def _migrate(database_url: str, release: Path) -> None:
-    """Until it has its locks: it waits for them four seconds, and may run again."""
     command = [sys.executable, "-m", "app.cli", "migrate"]
     surroundings = os.environ | {"ENCORE_DATABASE_URL": database_url}
-    for left in reversed(range(TRIES)):
-        done = subprocess.run(command, env=surroundings, cwd=release, check=left == 0)
-        if done.returncode == 0:
-            return
+    subprocess.run(command, env=surroundings, cwd=release, check=True)
 
 
 def _later_release(folder: Path) -> Path:

@@ -14,6 +14,7 @@ from app.settings import Settings
 from app.storage import migrate
 from tests.app.postgres import Server
 
+STARTS = 20
 DURABLE = ("max_connections=100", "shared_buffers=64MB", "wal_level=replica")
 
 
@@ -25,6 +26,7 @@ class Durable(Server):
 
     def kill(self) -> None:
         """End it without a word, as a machine does that loses power."""
+        self._process.send_signal(signal.SIGSTOP)  # it makes no more of them
         children = self._children()
         self._process.kill()
         self._process.wait()
@@ -33,9 +35,20 @@ class Durable(Server):
                 os.kill(child, signal.SIGKILL)
 
     def start(self) -> None:
-        """Start again; it recovers by its log."""
+        """Start again, as a supervisor does; it recovers by its log.
+
+        At first it may find processes that are still being ended.
+        """
         (self.directory / "data" / "postmaster.pid").unlink(missing_ok=True)
-        self._process = self._start()
+        for left in reversed(range(STARTS)):
+            try:
+                self._process = self._start()
+            except RuntimeError:
+                if left == 0:
+                    raise
+                time.sleep(0.1)
+            else:
+                return
 
     def value(self, sql: str, database: str = "postgres") -> object:
         async def fetched() -> object:
