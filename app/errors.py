@@ -88,6 +88,11 @@ class TooLargeToBound(Invalid):
     title = "A bound of this catalogue would take too long"
 
 
+class TooLongToSimulate(Invalid):
+    code = "too_long_to_simulate"
+    title = "This simulation would take too long"
+
+
 class InvalidCursor(Invalid):
     code = "invalid_cursor"
     title = "The cursor is not one that a page gave"
@@ -272,6 +277,11 @@ class DatabaseUnavailable(Unavailable):
 class Contended(Unavailable):
     code = "contended"
     title = "Too many changes to one thing at once; try again shortly"
+
+
+class SimulatorBusy(Unavailable):
+    code = "simulator_busy"
+    title = "Another simulation goes on; try again shortly"
 
 
 class NotReady(Unavailable):

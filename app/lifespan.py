@@ -55,6 +55,7 @@ async def run(
         context.guard.stop()
         context.tallies.stop()
         context.shadows.stop()
+        context.simulator.stop()
         if not context.warm.is_set():
             background.cancel()
         with suppress(asyncio.CancelledError):

@@ -25,6 +25,7 @@ from app.api import (
     policies,
     problems,
     publications,
+    simulations,
     users,
 )
 from app.api import (
@@ -51,6 +52,7 @@ ROUTERS = (
     clock.router,
     publications.router,
     bounds.router,
+    simulations.router,
     key_routes.router,
     health.router,
     metrics.router,

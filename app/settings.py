@@ -66,6 +66,11 @@ class Settings(BaseSettings):
         le=1,
         description="share of an item that must be played to count as a like",
     )
+    simulation_budget: timedelta = Field(
+        default=timedelta(seconds=60),
+        ge=timedelta(0),
+        description="seconds that a simulation asked for over HTTP may take",
+    )
     body_limit: int = Field(
         default=1_000_000, ge=1_000, description="bytes in a request body"
     )
@@ -147,7 +152,7 @@ class Settings(BaseSettings):
             raise ValueError("expected sqlite:///FILE or postgresql://…")
         return f"{SCHEMES[scheme]}://{rest}"
 
-    @field_validator("pending_ttl", "rate_burst", mode="before")
+    @field_validator("pending_ttl", "rate_burst", "simulation_budget", mode="before")
     @classmethod
     def _plain_number_is_seconds(cls, value: object) -> object:
         if isinstance(value, str) and value.replace(".", "", 1).isdigit():

@@ -19,7 +19,7 @@ from policies.belief import (
 )
 from policies.bounds import Bound, Effort, bound, effort, worth_for_ever
 from policies.choice import Choice, Mixture, chances, choose
-from policies.index_table import MOST_DISCOUNT, IndexTable, build
+from policies.index_table import MOST_DISCOUNT, MOST_POINTS, IndexTable, build
 from policies.model import NO_ANSWER, InvalidModel, Model, Signals
 from policies.model_set import ModelSet, mood_of
 from policies.mood import LIKED, NEUTRAL, Mood, MoodState
@@ -39,6 +39,7 @@ __all__ = [
     "LIKE",
     "LIKED",
     "MOST_DISCOUNT",
+    "MOST_POINTS",
     "MOST_SURPRISE",
     "NEUTRAL",
     "NEVER",

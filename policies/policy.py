@@ -27,6 +27,9 @@ class Policy(Protocol):
     Each parameter has a default and is declared as `policies.parameters` says.
     """
 
+    def __hash__(self) -> int:
+        """Equal parameters make equal policies."""
+
     @property
     def is_index(self) -> bool:
         """Whether a group's score depends on that group alone."""

@@ -1,6 +1,7 @@
 """The index tables of all models, stacked for compiled code."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -73,12 +74,18 @@ def build_all(
 ) -> Tables:
     """Build the tables of all models at a discount; none if that is None.
 
-    `progress` is told the share of the models that is done, from 0 to 1.
+    `progress` is told the share of the work that is done, from 0 to 1.
     """
     if discount is None:
         return NO_TABLES
     total, built = len(models.states), []
     for m in range(total):
-        built.append(build(models, m, discount, most_points))
-        progress((m + 1) / total)
+        advance = partial(_advance, progress, m, total)
+        built.append(build(models, m, discount, most_points, progress=advance))
     return Tables.of(built, discount)
+
+
+def _advance(
+    progress: Callable[[float], object], done: int, total: int, share: float
+) -> None:
+    progress((done + share) / total)

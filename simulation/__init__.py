@@ -3,7 +3,12 @@
 Knows policies and beliefs, and nothing of a service.
 """
 
-from simulation.contender import Contender, Progress, contenders
+from simulation.contender import (
+    Contender,
+    Progress,
+    contenders,
+    table_discounts,
+)
 from simulation.course import Course, slots_of
 from simulation.effort import seconds
 from simulation.examples import Example, drawn, example, ordered
@@ -28,5 +33,6 @@ __all__ = [
     "seconds",
     "slots_of",
     "standard_error",
+    "table_discounts",
     "value",
 ]

@@ -3,8 +3,10 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 
 from policies import (
+    MOST_POINTS,
     NO_TABLES,
     POLICIES,
     ModelSet,
@@ -19,6 +21,7 @@ AT_ONCE = tuple(
     POLICIES[name]
     for name in ("random", "round_robin", "myopic", "best_fixed", "whittle")
 )
+NOTHING: Mapping[float, Tables] = MappingProxyType({})
 MOODLESS = tuple(POLICIES[name] for name in ("random", "round_robin", "best_fixed"))
 
 
@@ -48,6 +51,8 @@ def contenders(
     policies: Sequence[Policy],
     models: ModelSet,
     progress: Progress = lambda _share: None,
+    at_hand: Mapping[float, Tables] = NOTHING,
+    most_points: int = MOST_POINTS,
 ) -> Sequence[Contender]:
     """Make policies ready; index tables are built once for all that share a discount.
 
@@ -55,14 +60,23 @@ def contenders(
         policies: with any parameters.
         models: M models.
         progress: told the share of the tables that is built, from 0 to 1.
+        at_hand: tables that need not be built, by discount.
+        most_points: of the grids of others; 300 give rough tables at once.
     """
-    needed = (policy.table_discount for policy in policies)
-    discounts = {discount for discount in needed if discount is not None}
-    tables: dict[float, Tables] = {}
+    discounts = table_discounts(policies) - at_hand.keys()
+    tables = dict(at_hand)
     for done, discount in enumerate(discounts):
         advance = partial(_advance, progress, done, len(discounts))
-        tables[discount] = build_all(models.separated(), discount, progress=advance)
+        tables[discount] = build_all(
+            models.separated(), discount, most_points, progress=advance
+        )
     return [_contender(policy, models, tables) for policy in policies]
+
+
+def table_discounts(policies: Sequence[Policy]) -> set[float]:
+    """Return the discounts at which policies look scores up in index tables."""
+    needed = (policy.table_discount for policy in policies)
+    return {discount for discount in needed if discount is not None}
 
 
 def _advance(progress: Progress, done: int, total: int, share: float) -> None:

@@ -21,6 +21,7 @@ from app.services.overviews import Overviews
 from app.services.pending import PendingPlays
 from app.services.rates import Rate
 from app.services.shadow_watch import ShadowWatch
+from app.services.simulations import Simulator
 from app.services.tally_watch import TallyWatch
 from app.settings import Settings
 from app.storage.database import Database
@@ -43,6 +44,7 @@ class Context:
     guard: GuardWatch = field(init=False)
     tallies: TallyWatch = field(init=False)
     shadows: ShadowWatch = field(init=False)
+    simulator: Simulator = field(init=False)
 
     def __post_init__(self) -> None:
         burst_s = self.settings.rate_burst.total_seconds()
@@ -54,6 +56,9 @@ class Context:
         self.guard = GuardWatch(self.database, guard_fallback.in_use(self.settings))
         self.tallies = TallyWatch(self.database, self.settings.pending_ttl)
         self.shadows = ShadowWatch(self.database, self.live)
+        self.simulator = Simulator(
+            self.database, self.live, self.settings.simulation_budget
+        )
 
 
 @dataclass(frozen=True, slots=True)

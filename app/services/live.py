@@ -115,6 +115,14 @@ class Live:
         self._in_force[version] = found
         return found
 
+    def tables(self, store: Store, catalogue: Catalogue, discount: float) -> AtHand:
+        """The index tables of this catalogue.
+
+        Raises:
+            NotReady: a model has none at this discount.
+        """
+        return index_tables.at_hand(store, catalogue, discount, self._at_hand())
+
     def _at_hand(self) -> AtHand:
         return {
             key: table

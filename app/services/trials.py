@@ -2,12 +2,12 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 from app.services.entrants import Entrant
 from app.services.openings import Opening
-from policies import MOST_DISCOUNT, Bound
+from policies import MOST_DISCOUNT, MOST_POINTS, Bound, Policy, Tables
 from simulation import (
     Contender,
     Course,
@@ -57,7 +57,9 @@ def course(
 class Setting:
     """Who plays what to whom.
 
-    states: of each group in which users begin; None: as is believed
+    states:      of each group in which users begin; None: as is believed
+    tables:      index tables that need not be built, by discount
+    most_points: of the grids of others
     """
 
     entrants: Sequence[Entrant]
@@ -65,6 +67,8 @@ class Setting:
     course: Course
     states: Sequence[int] | None = None
     score: Score = Score.EXPECTED
+    tables: Mapping[float, Tables] = field(default_factory=dict)
+    most_points: int = MOST_POINTS
 
     @property
     def start(self) -> Start:
@@ -83,11 +87,24 @@ class Setting:
         return Listeners.in_states(situation, self.states, clicks=clicks)
 
     @property
+    def policies(self) -> Sequence[Policy]:
+        return [each.policy for each in self.entrants]
+
+    @property
+    def processor_seconds(self) -> float:
+        """Roughly what a trial takes of one processor."""
+        return seconds(
+            self.policies,
+            self.opening.situation,
+            self.course,
+            self.tables.keys(),
+            self.most_points,
+        )
+
+    @property
     def expected_seconds(self) -> float:
-        """Roughly what a trial takes."""
-        policies = [each.policy for each in self.entrants]
-        alone = seconds(policies, self.opening.situation, self.course)
-        return alone / (1 + TOGETHER * ((os.cpu_count() or 1) - 1))
+        """Roughly what a trial takes of all processors."""
+        return self.processor_seconds / (1 + TOGETHER * ((os.cpu_count() or 1) - 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,19 +159,23 @@ class Trial:
 
 def prepared(setting: Setting, progress: Progress) -> Sequence[Contender]:
     """Make policies ready, their code compiled."""
-    policies = [each.policy for each in setting.entrants]
     start = setting.opening.situation
-    ready = contenders(policies, start.models, progress=progress)
+    ready = contenders(
+        setting.policies, start.models, progress, setting.tables, setting.most_points
+    )
     value(ready, start, replace(setting.course, runs=2, slots=1), setting.listeners)
     return ready
 
 
 def tried(
-    setting: Setting, ready: Sequence[Contender], progress: Progress
+    setting: Setting,
+    ready: Sequence[Contender],
+    progress: Progress,
+    threads: int | None = None,
 ) -> Sequence[Value]:
-    """What each policy earns."""
-    start = setting.opening.situation
-    return value(ready, start, setting.course, setting.listeners, progress=progress)
+    """What each policy earns. `threads`: as many as processors, unless told."""
+    start, course = setting.opening.situation, setting.course
+    return value(ready, start, course, setting.listeners, threads, progress)
 
 
 def reported(

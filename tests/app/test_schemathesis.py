@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from app.settings import Settings
 from tests.app.service import ADMIN, Service
 
 MODEL: dict[str, Any] = {
@@ -16,6 +19,12 @@ MODEL: dict[str, Any] = {
     "prior": [0.5, 0.5],
 }
 ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def settings(settings: Settings) -> Settings:
+    """A service that refuses to simulate what takes time: much is made up."""
+    return settings.with_changes(simulation_budget="0.05")
 
 
 def test_the_service_does_what_its_document_says(
