@@ -8,7 +8,6 @@ repetition. A type has three models, which differ in what is believed of a new u
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from importlib.resources import files
 from typing import TypeVar
 
 from app.api.schemas.lines import ITEMS, MODELS
@@ -19,9 +18,10 @@ from app.services.lines import Layout, LineFile
 from app.services.live import Live
 from app.services.model_imports import import_models
 from app.storage.database import Database
+from app.web.files import HERE
 
 T = TypeVar("T")
-DATA = files("app.demo") / "data"
+DATA = HERE / "static" / "demo"  # where the pages find it, too
 BY = "encore demo"
 
 

@@ -15,6 +15,9 @@ from tests.pages.browser import OPTIONS, WINDOWS, Watched, chromium
 PICTURES = Path(__file__).parents[2] / "docs" / "pages"
 PLAYS = 24
 VIEWS = ("overview", "policy", "models", "items", "users/light", "health")
+LAB = "example=1&runs=1000&" + "&".join(
+    f"policy={name}" for name in ("myopic", "exact_rollout", "whittle", "random")
+)
 LIKED = 60  # per cent; from this chance on a play is liked, but for each fifth
 
 
@@ -48,6 +51,7 @@ def _look(service: Service) -> None:
                 picture = PICTURES / f"listen-{name}.png"
                 watched.page.screenshot(path=picture, full_page=name != "phone")
                 _operate(watched.page, service.url, name)
+                _simulate(watched.page, service.url, name)
         browser.close()
 
 
@@ -60,6 +64,18 @@ def _operate(page: Page, url: str, name: str) -> None:
         page.wait_for_timeout(1000)
         title = view.split("/")[0]
         page.screenshot(path=PICTURES / f"{title}-{name}.png")
+
+
+def _simulate(page: Page, url: str, name: str) -> None:
+    if name == "light":
+        page.goto(f"{url}/admin#policy")
+        page.get_by_label("Policy", exact=True).select_option("myopic")
+        page.get_by_role("button", name="Try it first").click()
+        expect(page.locator("section section")).to_have_count(3, timeout=600_000)
+        page.screenshot(path=PICTURES / "preview-light.png", full_page=True)
+    page.goto(f"{url}/lab?{LAB}")
+    page.wait_for_selector("#result table", timeout=600_000)
+    page.screenshot(path=PICTURES / f"lab-{name}.png", full_page=True)
 
 
 def _listen(page: Page) -> None:

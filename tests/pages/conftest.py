@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from app.settings import Settings
 from tests.app.conftest import (
@@ -27,6 +27,9 @@ __all__ = [
     "sqlite_template",
     "sqlite_url",
 ]
+
+
+expect.set_options(timeout=60_000)  # a busy machine is no fault of a test
 
 
 @pytest.fixture

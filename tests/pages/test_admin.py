@@ -177,3 +177,19 @@ def test_everybody_can_use_it(browser: Browser, played: Service, window: str) ->
             wide = page.evaluate("document.documentElement.scrollWidth")
             assert wide <= page.viewport_size["width"]  # type: ignore[index]
         assert 10_000 < sum(watched.loaded.values()) < 300_000
+
+
+def test_a_policy_is_tried_before_it_is_put_in_force(
+    desk: Page, played: Service
+) -> None:
+    go(desk, "policy")
+    desk.get_by_label("Policy", exact=True).select_option("random")
+    desk.get_by_role("button", name="Try it first").click()
+
+    expect(desk.locator(".told")).to_contain_text(["simulated users"])
+    tried = desk.locator("section section table tbody tr")
+    expect(tried).to_have_count(2)
+    expect(tried.first).to_contain_text("myopic (in force)")
+    expect(tried.last).to_contain_text("random")
+    expect(desk.locator("section section svg.chart")).to_have_count(2)
+    assert played.client.get("/v1/admin/policy").json()["name"] == "myopic"

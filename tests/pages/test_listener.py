@@ -180,6 +180,22 @@ def test_an_empty_service_says_so(browser: Browser, service: Service) -> None:
         watched.forgive("409")
 
 
+def test_an_empty_service_takes_the_demo_s_catalogue(
+    browser: Browser, service: Service
+) -> None:
+    with Watched(browser) as watched:
+        page = watched.page
+        page.goto(f"{service.url}/?user=ann#key={ADMIN}")
+        page.get_by_role("button", name="Bring the demo's catalogue").click()
+        page.wait_for_selector("#like:enabled")
+        expect(page.locator("#first-steps")).to_be_hidden()
+        press(page, "ArrowRight")
+        watched.forgive("409")
+
+    items = service.client.get("/v1/items", params={"limit": 1000}).json()["items"]
+    assert len(items) == 65
+
+
 @pytest.mark.parametrize("window", WINDOWS)
 def test_everybody_can_use_it(browser: Browser, example: Service, window: str) -> None:
     with Watched(browser, WINDOWS[window]) as watched:

@@ -37,7 +37,31 @@ export function call(path, { method = "GET", body, query } = {}) {
 }
 
 /** The same with a body of any type. */
-export async function send(path, { method, body, type, query } = {}) {
+export async function send(path, options) {
+  const answer = await request(path, options);
+  if (answer.status === 204) return {};
+  return answer.json().catch(() => {
+    throw new Away("The service went away.");
+  });
+}
+
+/** Call what answers with a line of JSON after the other; each as it comes. */
+export async function* lines(path, { method, body, signal }) {
+  const answer = await request(path, { method, body: JSON.stringify(body), type: "application/json", signal });
+  const reader = answer.body.pipeThrough(new TextDecoderStream()).getReader();
+  let rest = "";
+  for (;;) {
+    const { value, done } = await reader.read().catch((error) => {
+      throw signal?.aborted ? error : new Away("The service went away.");
+    });
+    if (done) return;
+    const whole = (rest + value).split("\n");
+    rest = whole.pop();
+    for (const line of whole) yield JSON.parse(line);
+  }
+}
+
+async function request(path, { method, body, type, query, signal } = {}) {
   const address = new URL(path.replace(/^\//, ""), document.baseURI);
   for (const [name, value] of Object.entries(query ?? {})) {
     for (const one of [value].flat()) address.searchParams.append(name, one);
@@ -46,23 +70,23 @@ export async function send(path, { method, body, type, query } = {}) {
   if (type !== undefined) headers["Content-Type"] = type;
   let answer;
   try {
-    answer = await fetch(address, { method, headers, body });
-  } catch {
-    throw new Away("The service does not answer.");
+    answer = await fetch(address, { method, headers, body, signal });
+  } catch (error) {
+    throw signal?.aborted ? error : new Away("The service does not answer.");
   }
+  if (answer.ok) return answer;
   const told = await answer.json().catch(() => ({}));
-  if (answer.ok) return told;
   throw new Problem(answer.status, { ...told, retryAfter: answer.headers.get("Retry-After") });
 }
 
-/** Call until it is done: what is away, or asks for patience, is asked again. */
-export async function callPatiently(path, options, tell) {
+/** Do it until it is done: what is away, or asks for patience, is asked again. */
+export async function patiently(work, { tell, signal }) {
   for (let wait = 500; ; wait = Math.min(2 * wait, 8000)) {
     try {
-      return await call(path, options);
+      return await work();
     } catch (error) {
       const passes = error instanceof Away || [429, 503].includes(error.status);
-      if (!passes) throw error;
+      if (!passes || signal?.aborted) throw error;
       tell(`${error.message} Trying again ...`);
       await new Promise((done) => setTimeout(done, Math.max(wait, error.retryAfter ?? 0)));
     }

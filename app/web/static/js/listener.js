@@ -1,9 +1,10 @@
 /** The player: a play, two answers, and what Encore believes meanwhile. */
 
-import { Away, Problem, call, callPatiently } from "./api.js";
+import { Away, Problem, call, patiently } from "./api.js";
 import { bar, colour, drawLine, fill } from "./charts.js";
 import { key } from "./door.js";
 import { byId, element, percent } from "./dom.js";
+import { firstSteps } from "./first.js";
 import { compare } from "./plans.js";
 import { reason } from "./reasons.js";
 import { Titles } from "./titles.js";
@@ -48,6 +49,7 @@ async function attempt(work) {
 function explain(error) {
   if (error.code === "nothing_to_play") {
     byId("title").textContent = "Nothing to play yet";
+    byId("first-steps").replaceChildren(...firstSteps(attempt, begin));
     byId("first-steps").hidden = false;
   } else {
     tell(error.message);
@@ -59,7 +61,7 @@ const tell = (message) => {
   byId("notice").textContent = message;
 };
 
-const patiently = (path, options) => callPatiently(path, options, tell);
+const insist = (path, options) => patiently(() => call(path, options), { tell });
 
 async function begin() {
   await key();
@@ -68,7 +70,7 @@ async function begin() {
   returns.clear();
   byId("beliefs").replaceChildren();
   byId("listener").textContent = user();
-  const play = await attempt(() => patiently(`${home()}/next`));
+  const play = await attempt(() => insist(`${home()}/next`));
   if (play) show(play.plays?.[0] ?? play);
 }
 
@@ -77,6 +79,7 @@ function show(play) {
   titles.know(play.item, play.title);
   session.push(present);
   tell("");
+  byId("first-steps").hidden = true;
   byId("slot").textContent = `Play ${play.slot + 1}, chosen by ${play.policy.name}`;
   byId("title").textContent = play.title || play.item;
   byId("tags").replaceChildren(...play.tags.map((tag) => element("span", { class: "tag" }, tag)));
@@ -119,10 +122,10 @@ async function answer(id) {
   present.signal = id;
   drawLine(byId("line"), session);
   const taken = await attempt(() =>
-    patiently(`/v1/plays/${play}/feedback`, { method: "POST", body: { signal }, query: { next: true } }),
+    insist(`/v1/plays/${play}/feedback`, { method: "POST", body: { signal }, query: { next: true } }),
   );
   void foresee(item, like);
-  const next = taken?.next ?? (await attempt(() => patiently(`${home()}/next`)));
+  const next = taken?.next ?? (await attempt(() => insist(`${home()}/next`)));
   if (next) show(next.plays?.[0] ?? next);
 }
 

@@ -2,6 +2,7 @@
 
 import { call, send } from "../api.js";
 import { element } from "../dom.js";
+import { firstSteps } from "../first.js";
 import { button, card, field, outcome, table } from "./parts.js";
 
 const KINDS = { csv: "text/csv", ndjson: "application/x-ndjson" };
@@ -42,6 +43,10 @@ export function items(view) {
       item.model,
       item.tags.join(", "),
     ]);
+    if (found.length === 0) {
+      if (!rows.querySelector("button")) rows.replaceChildren(...firstSteps((work) => work(), look));
+      return;
+    }
     rows.replaceChildren(
       table(["Id", "Title", "Model", "Tags"], shown),
       element("p", { class: "hint" }, next ? "The first 100; find others by their id." : `${found.length} items.`),

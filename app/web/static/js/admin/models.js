@@ -11,22 +11,28 @@ export function models(view) {
   view.append(list);
   let seen = "";
   return async () => {
-    const { models: found } = await call("/v1/models", { query: { limit: 50 } });
-    const now = JSON.stringify(found.map((one) => [one.id, one.version]));
+    const [{ models: found }, { models: judged }] = await Promise.all([
+      call("/v1/models", { query: { limit: 50 } }),
+      call("/v1/admin/guard"),
+    ]);
+    const now = JSON.stringify([found.map((one) => [one.id, one.version]), judged]);
     if (now === seen) return;
+    const indexes = await Promise.all(found.map(({ id }) => call(`/v1/models/${encodeURIComponent(id)}/index`)));
     seen = now;
     list.className = "column";
-    list.replaceChildren(...(found.length ? found.map(shown) : [element("p", { class: "empty" }, "There are no models yet.")]));
+    const all = found.map((one, place) => shown(one, indexes[place], judged.find(({ model }) => model === one.id)));
+    list.replaceChildren(...(found.length ? all : [element("p", { class: "empty" }, "There are no models yet.")]));
   };
 }
 
-function shown(model) {
+function shown(model, index, judged) {
   const played = course(model, model.play);
   const rested = course(model, model.rest);
   const label = `Chance of a like over ${SLOTS} slots: played each time, to ${percent(played.at(-1).share)}; rested, to ${percent(rested.at(-1).share)}`;
   return card(
     `${model.id}, version ${model.version}`,
     element("p", { class: "hint" }, model.source ? `From ${model.source}. ` : "", `${model.states.length} states; signals ${model.signals.join(", ")}.`),
+    element("p", {}, ...trust(index), " ", calibration(judged)),
     ...model.warnings.map((warning) => element("p", { class: "wrong" }, warning)),
     element("div", { class: "matrices" }, heat("When played", model.play, model.states), heat("When resting", model.rest, model.states)),
     table(["State", "#At first", "#Likes"], model.states.map((state, number) => [state, percent(model.prior[number], 1), percent(model.like[number], 1)])),
@@ -34,6 +40,19 @@ function shown(model) {
     legend(["played in every slot", "resting"]),
     chart([{ points: played }, { points: rested }], label),
   );
+}
+
+/** Whether a Whittle index of this model can be trusted. */
+function trust({ indexable, state }) {
+  if (indexable === null) return [element("span", { class: "badge" }, `index table: ${state}`)];
+  return [element("span", { class: `badge ${indexable ? "good" : "bad"}` }, indexable ? "indexable" : "not indexable")];
+}
+
+/** What it foretold of plays that were answered, beside what was answered. */
+function calibration(judged) {
+  if (!judged?.scores) return "Too few answers to judge its forecasts.";
+  const { predicted, answered, excess } = judged.scores;
+  return `Of ${judged.answers} answers it foretold ${percent(predicted, 1)} likes, and ${percent(answered, 1)} were; ${excess > 0 ? "worse" : "better"} than simpler guesses by ${Math.abs(excess).toFixed(4)} nats.`;
 }
 
 /** Expected likes, from the state that likes most, under one matrix for ever. */

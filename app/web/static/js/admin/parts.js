@@ -86,11 +86,11 @@ export function lines(series, { from, to, label }) {
   }
   series.forEach(({ points }, number) => {
     const at = points.map((point) => `${x(point.at)},${y(point.share)}`).join(" ");
-    svg.append(shape("polyline", { points: at, class: `line series-${number % 4}` }));
+    svg.append(shape("polyline", { points: at, class: `line key-${number % 4}` }));
     for (const point of points) {
       svg.append(
-        shape("line", { x1: x(point.at), x2: x(point.at), y1: y(point.low), y2: y(point.high), class: `series-${number % 4}` }),
-        shape("circle", { cx: x(point.at), cy: y(point.share), r: 3, class: `dot series-${number % 4}` }, shape("title", {}, point.told)),
+        shape("line", { x1: x(point.at), x2: x(point.at), y1: y(point.low), y2: y(point.high), class: `span key-${number % 4}` }),
+        shape("circle", { cx: x(point.at), cy: y(point.share), r: 3, class: `dot key-${number % 4}` }, shape("title", {}, point.told)),
       );
     }
   });

@@ -2,8 +2,12 @@
 
 import { call } from "../api.js";
 import { element } from "../dom.js";
+import { simulate } from "../simulations.js";
+import { reportOf } from "../trial.js";
 import { button, card, field, outcome, table, when } from "./parts.js";
 import { formOf } from "./schema.js";
+
+const RUNS = 300; // simulated users that try a policy
 
 export function policy(view) {
   const present = element("div");
@@ -22,6 +26,25 @@ export function policy(view) {
     summary.textContent = chosen.summary;
   };
   const summary = element("p", { class: "hint" });
+  const tried = element("div", { class: "column" });
+  const bar = element("progress", { max: "1", "aria-label": "Progress", hidden: "" });
+  const first = button("Try it first", {}, async () => {
+    const wanted = { policies: [{ name: choice.value, params: form.read() }], runs: RUNS };
+    first.disabled = true;
+    bar.hidden = false;
+    tried.replaceChildren();
+    const tell = (text, share) => {
+      told.place.textContent = text;
+      bar.value = share ?? 0;
+    };
+    const result = await told.of(
+      () => simulate(wanted, { tell }),
+      ({ runs, slots }) => `${runs} simulated users, new to the catalogue, with ${slots} plays each.`,
+    );
+    if (result) tried.replaceChildren(...reportOf(result));
+    bar.hidden = true;
+    first.disabled = false;
+  });
   const swap = () =>
     told
       .of(
@@ -45,8 +68,10 @@ export function policy(view) {
       summary,
       fields,
       field("Why", note, "Kept in the history."),
-      element("p", { class: "row told" }, button("Put in force", { class: "primary" }, swap), button("Roll back to the one before", { class: "danger" }, rollBack)),
+      element("p", { class: "row told" }, first, button("Put in force", { class: "primary" }, swap), button("Roll back to the one before", { class: "danger" }, rollBack)),
+      bar,
       told.place,
+      tried,
     ),
     card("History", history),
   );

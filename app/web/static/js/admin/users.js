@@ -1,8 +1,8 @@
 /** One user: plays, beliefs, why each was chosen; all that is held, and its end. */
 
 import { call } from "../api.js";
-import { bar, fill } from "../charts.js";
-import { element, percent } from "../dom.js";
+import { bar, drawLine, fill } from "../charts.js";
+import { element, percent, shape } from "../dom.js";
 import { reason } from "../reasons.js";
 import { Titles } from "../titles.js";
 import { button, card, field, outcome, table, when } from "./parts.js";
@@ -18,6 +18,7 @@ export function users(view, user) {
   const home = `/v1/users/${encodeURIComponent(user)}`;
   const titles = new Titles();
   const beliefs = element("ol", { class: "beliefs" });
+  const course = shape("svg", { class: "chart", role: "img" });
   const plays = element("div");
   const why = outcome();
   const told = outcome();
@@ -33,7 +34,7 @@ export function users(view, user) {
   };
   view.append(
     card("Beliefs", beliefs),
-    card("Plays", plays, why.place),
+    card("Plays", element("p", { class: "hint" }, "The chance of a like that was expected of each of the latest, and the answer."), course, plays, why.place),
     card("All that is held", element("p", { class: "row told" }, button("Export", {}, save), button("Erase", { class: "danger" }, erase)), told.place),
   );
   async function look() {
@@ -43,6 +44,7 @@ export function users(view, user) {
     ]);
     await titles.learn(believed.beliefs.map((one) => one.item));
     beliefs.replaceChildren(...believed.beliefs.map((one) => line(one, titles)));
+    drawLine(course, played.plays.toReversed().map((play) => ({ ...play, title: play.title || play.item })));
     plays.replaceChildren(table(["#Slot", "Title", "Answer", "#Expected", "Policy", "When", "Reason"], played.plays.map((play) => row(play, explain))));
   }
   return look;
