@@ -12,7 +12,7 @@ from app.storage.tables import metadata
 
 ONE_AT_A_TIME = sa.text("SELECT pg_advisory_xact_lock(hashtext('encore.migrate'))")
 PARTITION = re.compile(r"plays_\d+")
-SHORT_LOCKS = sa.text("SET LOCAL lock_timeout = '4s'")
+SHORT_LOCKS = sa.text("SET LOCAL lock_timeout = '2s'")
 
 
 def run(connection: sa.Connection) -> None:
