@@ -5,10 +5,11 @@ from http import HTTPStatus
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Response
+from pydantic import AfterValidator
 
 from app.api.context import Administering, Serving
 from app.api.problems import responses
-from app.api.schemas.fields import PathId
+from app.api.schemas.fields import NO_NUL, PathId, storable
 from app.api.schemas.items import ItemForm, ItemPage, ItemView
 from app.api.schemas.pages import CursorQuery, Limit, decode_text, encode
 from app.errors import InvalidCursor, ItemNotFound, UnknownModel
@@ -16,6 +17,15 @@ from app.services import items
 
 router = APIRouter(prefix="/v1", tags=["items"])
 Retired = Annotated[bool, Query(description="show retired items too")]
+Search = Annotated[
+    str,
+    Query(
+        max_length=200,
+        description="those whose id or title holds this, in capitals or not",
+        json_schema_extra={"pattern": NO_NUL},
+    ),
+    AfterValidator(storable),
+]
 
 
 @router.put(
@@ -46,12 +56,17 @@ async def list_items(
     cursor: CursorQuery = None,
     limit: Limit = 100,
     retired: Retired = False,
+    search: Search = "",
 ) -> ItemPage:
     """List the items in order of id."""
-    after = decode_text(cursor)
-    found = await caller.database.run(
-        partial(items.page, after=after, limit=limit + 1, retired=retired)
+    page = partial(
+        items.page,
+        after=decode_text(cursor),
+        limit=limit + 1,
+        retired=retired,
+        search=search,
     )
+    found = await caller.database.run(page)
     shown = found[:limit]
     return ItemPage(
         items=[ItemView.model_validate(item) for item in shown],

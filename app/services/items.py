@@ -31,8 +31,10 @@ def find(store: Store, item_id: str) -> Item:
     return item
 
 
-def page(store: Store, after: str, limit: int, *, retired: bool) -> Sequence[Item]:
-    return items.page(store, after, limit, retired=retired)
+def page(
+    store: Store, after: str, limit: int, *, retired: bool, search: str = ""
+) -> Sequence[Item]:
+    return items.page(store, after, limit, retired=retired, search=search)
 
 
 def put(store: Store, new: NewItem, by: str) -> tuple[Item, bool]:

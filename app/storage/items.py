@@ -1,5 +1,6 @@
 """The catalogue's items, and what each was in every catalogue before this one."""
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime
@@ -52,6 +53,12 @@ PAGE = (
     .limit(sa.bindparam("limit"))
 )
 ACTIVE_PAGE = PAGE.where(items.c.active)
+LIKE = sa.bindparam("like", type_=sa.Text)
+NAMED = sa.or_(
+    items.c.id.ilike(LIKE, escape="/"), items.c.title.ilike(LIKE, escape="/")
+)
+SEARCHED, ACTIVE_SEARCHED = PAGE.where(NAMED), ACTIVE_PAGE.where(NAMED)
+SPECIAL = re.compile("[/%_]")  # in patterns
 FORMER = item_history.alias()
 LATEST = (
     sa.select(sa.func.max(FORMER.c.catalogue))
@@ -165,12 +172,20 @@ def next_serial(store: Store) -> int:
 
 
 def page(
-    store: Store, after: str, limit: int, *, retired: bool = False
+    store: Store, after: str, limit: int, *, retired: bool = False, search: str = ""
 ) -> Sequence[Item]:
-    """Items in order of id."""
-    statement = PAGE if retired else ACTIVE_PAGE
-    rows = store.rows(statement, {"after": after, "limit": limit})
-    return [_item(row) for row in rows]
+    """Items in order of id; `search`: those that have it in their id or title."""
+    params: dict[str, object] = {"after": after, "limit": limit}
+    if search:
+        statement = SEARCHED if retired else ACTIVE_SEARCHED
+        params["like"] = f"%{SPECIAL.sub(_escaped, search)}%"
+    else:
+        statement = PAGE if retired else ACTIVE_PAGE
+    return [_item(row) for row in store.rows(statement, params)]
+
+
+def _escaped(special: re.Match[str]) -> str:
+    return f"/{special[0]}"
 
 
 def changed(store: Store, since: int) -> Iterator[Item]:

@@ -168,6 +168,33 @@ def test_items_are_listed_page_by_page(catalogue: Service) -> None:
     assert sorted(item["id"] for item in everything["items"]) == sorted(names)
 
 
+@pytest.mark.parametrize(
+    ("search", "found"),
+    [
+        ("night", ["a", "b-night"]),
+        ("NIGHT D", ["a"]),
+        ("50%", ["c"]),
+        ("5%", []),
+        ("_", ["under_score"]),
+        ("/", ["sl/ash"]),
+        ("'; --", []),
+        ("日本", ["日本"]),
+        ("", ["a", "b-night", "c", "sl/ash", "under_score", "日本"]),
+    ],
+)
+def test_items_are_found_by_id_or_title(
+    catalogue: Service, search: str, found: list[str]
+) -> None:
+    titles = {"a": "Night Drive", "c": "50% off", "gone": "Night"}
+    for name in ("a", "b-night", "c", "gone", "sl/ash", "under_score", "日本"):
+        put(catalogue, name, model="pop", title=titles.get(name, "Song"))
+    catalogue.client.delete("/v1/items/gone")
+
+    page = catalogue.client.get("/v1/items", params={"search": search}).json()
+
+    assert sorted(item["id"] for item in page["items"]) == found
+
+
 def test_new_items_put_at_once_all_land_with_serials_of_their_own(
     catalogue: Service,
 ) -> None:

@@ -14,10 +14,23 @@ from tests.pages.browser import OPTIONS, WINDOWS, Watched, chromium
 
 PICTURES = Path(__file__).parents[2] / "docs" / "pages"
 PLAYS = 24
-VIEWS = ("overview", "policy", "models", "items", "users/light", "health")
+VIEWS = (
+    *("overview", "policy", "experiments", "models"),
+    *("items", "users/light", "health"),
+)
 LAB = "example=1&runs=1000&" + "&".join(
     f"policy={name}" for name in ("myopic", "exact_rollout", "whittle", "random")
 )
+EXPERIMENT = "/v1/admin/experiment"
+SPLIT = {
+    "name": "look-ahead",
+    "arms": [
+        {"name": "present", "share": 0.45},
+        {"name": "myopic", "policy": {"name": "myopic"}, "share": 0.45},
+    ],
+    "holdout": 0.1,
+    "note": "is looking ahead worth it?",
+}
 LIKED = 60  # per cent; from this chance on a play is liked, but for each fifth
 
 
@@ -50,15 +63,16 @@ def _look(service: Service) -> None:
                 _listen(watched.page)
                 picture = PICTURES / f"listen-{name}.png"
                 watched.page.screenshot(path=picture, full_page=name != "phone")
+                service.client.put(EXPERIMENT, json=SPLIT).raise_for_status()
                 _operate(watched.page, service.url, name)
+                service.client.delete(EXPERIMENT).raise_for_status()
                 _simulate(watched.page, service.url, name)
         browser.close()
 
 
 def _operate(page: Page, url: str, name: str) -> None:
     page.goto(f"{url}/admin#key={ADMIN}")
-    views = VIEWS if name == "light" else VIEWS[:1]
-    for view in views:
+    for view in VIEWS:
         page.evaluate("view => { location.hash = view; }", view)
         page.wait_for_load_state("networkidle")
         page.wait_for_timeout(1000)

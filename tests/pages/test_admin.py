@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
+from app import __version__
 from tests.app.service import ADMIN, Service
 from tests.pages.axe import violations
 from tests.pages.browser import WINDOWS, Watched
@@ -193,3 +194,25 @@ def test_a_policy_is_tried_before_it_is_put_in_force(
     expect(tried.last).to_contain_text("random")
     expect(desk.locator("section section svg.chart")).to_have_count(2)
     assert played.client.get("/v1/admin/policy").json()["name"] == "myopic"
+
+
+def test_an_item_is_found_and_edited(desk: Page, played: Service) -> None:
+    go(desk, "items")
+    expect(desk.locator("tbody tr")).to_have_count(5)
+    desk.get_by_label("Find").fill("ITEM-3")
+    expect(desk.locator("tbody tr")).to_have_count(1)
+    desk.get_by_role("button", name="item-3").click()
+    desk.get_by_label("Title").fill("Another title")
+    desk.get_by_role("button", name="Save").click()
+
+    expect(desk.locator("tbody tr")).to_contain_text(["Another title"])
+    assert played.client.get("/v1/items/item-3").json()["title"] == "Another title"
+    desk.get_by_label("Find").fill("another t")
+    expect(desk.locator("tbody tr")).to_have_count(1)
+    desk.get_by_label("Find").fill("no such")
+    expect(desk.locator("tbody tr")).to_have_count(0)
+
+
+def test_health_tells_the_release(desk: Page) -> None:
+    go(desk, "health")
+    expect(desk.locator(".tile").first).to_have_text(f"Release{__version__}")

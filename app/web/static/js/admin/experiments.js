@@ -2,7 +2,7 @@
 
 import { call } from "../api.js";
 import { element, percent } from "../dom.js";
-import { button, card, outcome, table, when } from "./parts.js";
+import { button, card, outcome, soon, table, when } from "./parts.js";
 
 const EXAMPLE = {
   name: "look-ahead",
@@ -23,10 +23,10 @@ export function experiments(view) {
   const put = () =>
     told
       .of(async () => call("/v1/admin/experiment", { method: "PUT", body: JSON.parse(form.value) }), (one) => `“${one.name}” runs, as version ${one.version}.`)
-      .then(look);
+      .then(soon(look));
   const end = () => {
     if (confirm("End the experiment? The policy in force then serves all listeners.")) {
-      void told.of(() => call("/v1/admin/experiment", { method: "DELETE" }), (one) => `“${one.name}” has ended.`).then(look);
+      void told.of(() => call("/v1/admin/experiment", { method: "DELETE" }), (one) => `“${one.name}” has ended.`).then(soon(look));
     }
   };
   view.append(

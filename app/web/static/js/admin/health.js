@@ -2,7 +2,7 @@
 
 import { call } from "../api.js";
 import { element, percent } from "../dom.js";
-import { metrics, sum } from "./metrics.js";
+import { labelOf, metrics, sum } from "./metrics.js";
 import { card, table, tile, when } from "./parts.js";
 
 export function health(view) {
@@ -35,6 +35,7 @@ function shown({ status, reasons }) {
 function tilesOf(counted) {
   const degraded = (cause) => sum(counted, "encore_decisions_degraded_total", `cause="${cause}"`);
   return [
+    tile("Release", labelOf(counted, "encore_build_info", "version") ?? "–"),
     tile("Processes", `${sum(counted, "encore_workers_ready")} of ${sum(counted, "encore_workers")}`),
     tile("Failed requests", String(sum(counted, "encore_errors_total", 'code="internal_error"'))),
     tile("Refused or failed", String(sum(counted, "encore_errors_total"))),

@@ -3,15 +3,15 @@
 import { call, send } from "../api.js";
 import { element } from "../dom.js";
 import { firstSteps } from "../first.js";
-import { button, card, field, outcome, table } from "./parts.js";
+import { button, card, field, outcome, soon, table } from "./parts.js";
 
 const KINDS = { csv: "text/csv", ndjson: "application/x-ndjson" };
 
 export function items(view) {
   const rows = element("div");
-  const search = element("input", { type: "search", placeholder: "an id", autocomplete: "off" });
+  const search = element("input", { type: "search", autocomplete: "off" });
   const told = outcome();
-  const editor = editorOf(told, () => look());
+  const editor = editorOf(told, soon(() => look()));
   const file = element("input", { type: "file", accept: ".csv,.ndjson,.jsonl" });
   const imported = outcome();
   const bring = (dry) => async () => {
@@ -22,34 +22,36 @@ export function items(view) {
       () => send("/v1/items/import", { method: "POST", query: { dry_run: dry }, body: chosen, type: kind }),
       (found) => `${dry ? "Would be" : "Is"} done: ${Object.entries(found).map(([name, value]) => `${name} ${value}`).join(", ")}.`,
     );
-    await look();
+    await soon(look)();
   };
-  search.addEventListener("change", () => void editor.open(search.value.trim()));
+  search.addEventListener("input", soon(() => look()));
   view.append(
-    card("Find or edit", field("Item", search), editor.place, told.place),
+    card("Edit", element("p", { class: "hint" }, "Press an id below."), editor.place, told.place),
     card(
       "Import",
       element("p", { class: "hint" }, "CSV (id, model, title, tags, payload) or NDJSON. All lines are taken, or none."),
       element("div", { class: "row" }, field("File", file), button("Try it", {}, bring(true)), button("Import", { class: "primary" }, bring(false))),
       imported.place,
     ),
-    card("Items", rows),
+    card("Items", field("Find", search, "By id or title."), rows),
   );
   async function look() {
-    const { items: found, next } = await call("/v1/items", { query: { limit: 100 } });
+    const asked = search.value.trim();
+    const { items: found, next } = await call("/v1/items", { query: { limit: 100, search: asked } });
+    if (asked !== search.value.trim()) return; // another one is looked for by now
     const shown = found.map((item) => [
       button(item.id, { class: "quiet" }, () => editor.open(item.id)),
       item.title,
       item.model,
       item.tags.join(", "),
     ]);
-    if (found.length === 0) {
-      if (!rows.querySelector("button")) rows.replaceChildren(...firstSteps((work) => work(), look));
+    if (found.length === 0 && !asked) {
+      if (!rows.querySelector("button")) rows.replaceChildren(...firstSteps((work) => work(), soon(look)));
       return;
     }
     rows.replaceChildren(
       table(["Id", "Title", "Model", "Tags"], shown),
-      element("p", { class: "hint" }, next ? "The first 100; find others by their id." : `${found.length} items.`),
+      element("p", { class: "hint" }, next ? "The first 100; find others by id or title." : `${found.length} items.`),
     );
   }
   return look;

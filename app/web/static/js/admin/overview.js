@@ -3,7 +3,7 @@
 import { call } from "../api.js";
 import { element, percent } from "../dom.js";
 import { metrics, sum } from "./metrics.js";
-import { card, field, legend, lines, table, tile } from "./parts.js";
+import { card, field, legend, lines, soon, table, tile } from "./parts.js";
 
 const SPANS = { 0.25: "15 minutes", 1: "hour", 6: "6 hours", 24: "day", 168: "week" };
 const BUCKETS = 24;
@@ -30,7 +30,7 @@ export function overview(view) {
     chart.replaceChildren(...chartOf(told));
     rows.replaceChildren(tableOf(told));
   };
-  span.addEventListener("change", () => void look());
+  span.addEventListener("change", soon(look));
   return look;
 }
 

@@ -1,6 +1,6 @@
 /** Parts that views are made of. */
 
-import { Problem } from "../api.js";
+import { Away, Problem } from "../api.js";
 import { element, shape } from "../dom.js";
 
 export const card = (title, ...children) =>
@@ -64,6 +64,15 @@ export function outcome() {
 
 const list = (errors) =>
   element("ul", {}, ...errors.map((one) => element("li", {}, `${one.field}: ${one.message}`)));
+
+/** Look at once, out of turn; what fails is told when it is looked at the next time. */
+export const soon = (look) => async () => {
+  try {
+    await look();
+  } catch (error) {
+    if (!(error instanceof Problem || error instanceof Away)) throw error;
+  }
+};
 
 export const when = (moment) => (moment ? new Date(moment).toLocaleString() : "");
 

@@ -4,7 +4,7 @@ import { call } from "../api.js";
 import { element } from "../dom.js";
 import { simulate } from "../simulations.js";
 import { reportOf } from "../trial.js";
-import { button, card, field, outcome, table, when } from "./parts.js";
+import { button, card, field, outcome, soon, table, when } from "./parts.js";
 import { formOf } from "./schema.js";
 
 const RUNS = 300; // simulated users that try a policy
@@ -51,14 +51,14 @@ export function policy(view) {
         () => call("/v1/admin/policy", { method: "PUT", body: { name: choice.value, params: form.read(), note: note.value } }),
         (found) => `${found.name} is in force, as version ${found.version}.`,
       )
-      .then(look);
+      .then(soon(look));
   const rollBack = () =>
     told
       .of(
         () => call("/v1/admin/policy/rollback", { method: "POST", body: { note: note.value } }),
         (found) => `${found.name} is in force again, as version ${found.version}.`,
       )
-      .then(look);
+      .then(soon(look));
   choice.addEventListener("change", choose);
   view.append(
     card("In force", present),

@@ -5,7 +5,7 @@ import { bar, drawLine, fill } from "../charts.js";
 import { element, percent, shape } from "../dom.js";
 import { reason } from "../reasons.js";
 import { Titles } from "../titles.js";
-import { button, card, field, outcome, table, when } from "./parts.js";
+import { button, card, field, outcome, soon, table, when } from "./parts.js";
 
 export function users(view, user) {
   const name = element("input", { type: "search", autocomplete: "off" });
@@ -29,7 +29,7 @@ export function users(view, user) {
   };
   const erase = () => {
     if (confirm(`Erase all that is held about ${user}? This cannot be undone.`)) {
-      void told.of(() => call(home, { method: "DELETE" }), () => `${user} is erased.`).then(look);
+      void told.of(() => call(home, { method: "DELETE" }), () => `${user} is erased.`).then(soon(look));
     }
   };
   view.append(
