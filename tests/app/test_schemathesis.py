@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture
 def settings(settings: Settings) -> Settings:
     """A service that refuses to simulate what takes time: much is made up."""
-    return settings.with_changes(simulation_budget="0.05")
+    return settings.with_changes(simulation_budget="0.002")
 
 
 def test_the_service_does_what_its_document_says(

@@ -12,17 +12,19 @@ from app.services.simulations import Simulated, Stage, Step, Wanted
 from app.services.trials import Start, Tried
 
 MOST_POLICIES = 12
-Whole = Annotated[int, BeforeValidator(whole), Field(strict=True)]
+Example = Annotated[int, Field(strict=True, ge=1, le=4), BeforeValidator(whole)]
+Runs = Annotated[int, Field(strict=True, ge=2, le=10_000_000), BeforeValidator(whole)]
+Slots = Annotated[int, Field(strict=True, ge=1, le=1_000_000), BeforeValidator(whole)]
+Seed = Annotated[int, Field(strict=True, ge=0, lt=2**53), BeforeValidator(whole)]
+Depth = Annotated[int, Field(strict=True, ge=0, le=2), BeforeValidator(whole)]
 
 
 class SimulationForm(Form):
     """Policies to try on simulated users, each of whom is new to the items."""
 
     example: Annotated[
-        Whole | None,
+        Example | None,
         Field(
-            ge=1,
-            le=4,
             description="of the paper, the fourth drawn by the seed; left out: the"
             " present catalogue, and before the others the policy in force",
         ),
@@ -39,14 +41,10 @@ class SimulationForm(Form):
         Start,
         Field(description="hidden states follow the beliefs, or are the paper's"),
     ] = Start.BELIEF
-    runs: Annotated[
-        Whole, Field(ge=2, le=10_000_000, description="simulated users")
-    ] = 500
+    runs: Annotated[Runs, Field(description="simulated users")] = 500
     slots: Annotated[
-        Whole | None,
+        Slots | None,
         Field(
-            ge=1,
-            le=1_000_000,
             description="plays of each; left out: until a reward counts less than a ten"
             " thousandth",
         ),
@@ -54,13 +52,8 @@ class SimulationForm(Form):
     discount: Annotated[
         float, Field(strict=True, ge=0, le=MOST_DISCOUNT, allow_inf_nan=False)
     ] = 0.95
-    seed: Annotated[
-        Whole,
-        Field(ge=0, lt=2**53, description="the same seed gives the same numbers"),
-    ] = 1
-    depth: Annotated[
-        Whole, Field(ge=0, le=2, description="plays of look-ahead of the bound")
-    ] = 1
+    seed: Annotated[Seed, Field(description="the same seed gives the same numbers")] = 1
+    depth: Annotated[Depth, Field(description="plays of look-ahead of the bound")] = 1
 
     def wanted(self) -> Wanted:
         return Wanted(
