@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from benchmarks.scale.costs import Cost
 
 AXES = {"users": "users", "played": "items played", "items": "items in the catalogue"}
+NAMES = {"sqlite": "SQLite", "postgresql": "PostgreSQL"}
 SIZE = (10, 3.2)
 
 
@@ -23,8 +24,8 @@ def draw(found: Sequence[tuple[str, str, int, Cost]], file: Path) -> None:
             costs = {
                 n: cost.cpu_us for k, a, n, cost in found if (k, a) == (kind, axis)
             }
-            plot.plot([*costs], [*costs.values()], marker="o", label=kind)
-        plot.set(xscale="log", xlabel=label, ylim=(0, None))
-    figure.axes[0].set_ylabel("processor time a request, µs")
+            plot.plot([*costs], [*costs.values()], marker="o", label=NAMES[kind])
+        plot.set(xscale="log", xlabel=label)
+    figure.axes[0].set(ylabel="processor time a request, µs", ylim=(0, None))
     figure.axes[0].legend()
     figure.savefig(file, metadata={"Date": None})

@@ -46,10 +46,10 @@ class Running:
     pid: int
     started: float = 0.0  # seconds until it answered
 
-    def megabytes(self) -> float:
-        """Memory that it has had at the most."""
+    def megabytes(self, name: str = "VmHWM") -> float:
+        """Memory that it has had at the most; `VmRSS`: that it has now."""
         told = Path(f"/proc/{self.pid}/status").read_text().split()
-        return int(told[told.index("VmHWM:") + 1]) * 1024 / 1e6
+        return int(told[told.index(f"{name}:") + 1]) * 1024 / 1e6
 
     def cpu(self) -> float:
         """Seconds of processor time of all its threads, also of those that ended."""
@@ -163,14 +163,16 @@ def _repacked(packed: bytes) -> bytes:
 
 
 @contextmanager
-def served(name: str, command: Sequence[str], database_url: str) -> Iterator[Running]:
+def served(
+    name: str, command: Sequence[str], database_url: str, index_tables: str = "off"
+) -> Iterator[Running]:
     """A server in a process of its own, once it answers; its last word is a port."""
     port = free_port()
     environment = os.environ | {
         "ENCORE_DATABASE_URL": database_url,
         "ENCORE_BOOTSTRAP_KEY": KEY,
         "ENCORE_LOG_LEVEL": "warning",
-        "ENCORE_INDEX_TABLES": "off",
+        "ENCORE_INDEX_TABLES": index_tables,
     }
     began = time.perf_counter()
     process = subprocess.Popen([*command, str(port)], env=environment, cwd=HERE)
