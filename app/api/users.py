@@ -29,6 +29,7 @@ from app.api.schemas.users import (
     PlaylistForm,
     PlayPage,
     ReportForm,
+    TimelineView,
     UserExport,
     mood_view,
 )
@@ -42,7 +43,7 @@ from app.errors import (
     UnknownSignal,
     UserNotFound,
 )
-from app.services import forecasts, listening, playlists, profiles
+from app.services import forecasts, listening, playlists, profiles, timelines
 from app.services.answers import reply_of
 from app.services.playlists import Wanted
 
@@ -168,6 +169,22 @@ async def read_forecast(
         threshold=threshold,
     )
     return ForecastView.of(user, item, await caller.database.run(read))
+
+
+@router.get("/items/{item}/timeline", responses=responses(ItemNotFound))
+async def read_timeline(
+    caller: Serving,
+    user: PathId,
+    item: PathId,
+    slots: Annotated[
+        int, Query(ge=1, le=1000, description="how many slots before the present one")
+    ] = 100,
+) -> TimelineView:
+    """Tell how interest in an item has moved: its belief slot after slot, until now."""
+    read = partial(
+        timelines.of_item, live=caller.live, user_id=user, item=item, slots=slots
+    )
+    return TimelineView.of(user, item, await caller.database.run(read))
 
 
 @router.get("/export", response_model=UserExport, responses=responses(UserNotFound))

@@ -307,6 +307,27 @@ def test_a_play_left_without_an_answer_took_the_slot_in_which_it_was_shown(
     sound(radio, ["ann"], [left["play"], play["play"]])
 
 
+def test_a_timeline_has_slots_in_which_nothing_was_played(radio: Service) -> None:
+    by_hand = ByHand(MINUTE)
+    [first] = listen(radio, "ann", ["like"])
+    by_hand.take(first["item"], 0, "like")
+    later(radio, "ann", 4 * MINUTE)
+
+    path = f"/v1/users/ann/items/{first['item']}/timeline"
+    told = radio.client.get(path).json()["timeline"]
+
+    assert [(point["slot"], point["rested"]) for point in told] == [
+        (0, None),
+        (1, 0),
+        (2, 1),
+        (3, 2),
+        (4, 3),
+    ]
+    for point in told[1:]:
+        expected = by_hand.at(first["item"], point["slot"])
+        assert point["belief"] == pytest.approx(expected)
+
+
 def test_reports_plans_and_forecasts_know_the_time(radio: Service) -> None:
     by_hand = ByHand(MINUTE)
     [first] = listen(radio, "ann", ["skip"])

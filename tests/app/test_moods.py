@@ -241,6 +241,20 @@ def test_plans_tell_the_mood_that_they_are_made_in(moody: Service) -> None:
         oracle.take({play["item"]: "none"})
 
 
+def test_a_timeline_is_in_the_moods_of_its_slots(moody: Service) -> None:
+    oracle = Moody(CATALOGUE)
+    likes = []
+    for item, signal in (("song", "like"), ("plain", "like"), ("song", "skip")) * 3:
+        likes.append(oracle.like("song"))
+        report(moody, item, signal)
+        oracle.take({item: signal})
+    likes.append(oracle.like("song"))
+
+    told = moody.client.get("/v1/users/ann/items/song/timeline").json()["timeline"]
+
+    assert [point["like"] for point in told] == pytest.approx(likes, abs=1e-9)
+
+
 def test_without_moods_none_is_told(example: Service) -> None:
     report(example, "item-1", "like")
 

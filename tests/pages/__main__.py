@@ -1,12 +1,17 @@
 """Takes the pictures in docs/pages, of the demo: `python -m tests.pages`."""
 
 import tempfile
+import time
 from pathlib import Path
 
+import numpy as np
 from playwright.sync_api import Page, expect, sync_playwright
 
+from app.api.schemas.items import ItemPage
+from app.api.schemas.model_views import ModelPage
 from app.cli.session import perform
 from app.demo import catalogue
+from app.demo.listeners import Listener, Nature
 from app.settings import Settings
 from app.storage import migrate
 from tests.app.service import ADMIN, Service
@@ -14,6 +19,8 @@ from tests.pages.browser import OPTIONS, WINDOWS, Watched, chromium
 
 PICTURES = Path(__file__).parents[2] / "docs" / "pages"
 PLAYS = 24
+LISTENERS = 150
+COUNTED_IN = 180  # seconds, of which plays settle for one minute
 VIEWS = (
     *("overview", "policy", "experiments", "models"),
     *("items", "users/light", "health"),
@@ -63,11 +70,36 @@ def _look(service: Service) -> None:
                 _listen(watched.page)
                 picture = PICTURES / f"listen-{name}.png"
                 watched.page.screenshot(path=picture, full_page=name != "phone")
-                service.client.put(EXPERIMENT, json=SPLIT).raise_for_status()
+        _experiment(service)
+        for name, window in WINDOWS.items():
+            with Watched(browser, window) as watched:
                 _operate(watched.page, service.url, name)
-                service.client.delete(EXPERIMENT).raise_for_status()
                 _simulate(watched.page, service.url, name)
         browser.close()
+
+
+def _experiment(service: Service) -> None:
+    """Let listeners take part in an experiment, until all their plays are counted."""
+    models = ModelPage.model_validate(service.client.get("/v1/models").json())
+    items = ItemPage.model_validate(service.client.get("/v1/items").json())
+    nature = Nature.of(models.models, items.items)
+    service.client.put(EXPERIMENT, json=SPLIT).raise_for_status()
+    for number in range(LISTENERS):
+        listener = Listener(nature, np.random.default_rng(number))
+        play = service.next(f"listener-{number}")
+        for left in reversed(range(PLAYS)):
+            signal = listener.hear(play["item"]).signal
+            play = service.answer(play["play"], signal, next=left > 0)["next"]
+    until = time.monotonic() + COUNTED_IN
+    while _counted(service) < LISTENERS * PLAYS:
+        if time.monotonic() > until:
+            raise RuntimeError(f"only {_counted(service)} plays were counted")
+        time.sleep(1)
+
+
+def _counted(service: Service) -> int:
+    arms = service.client.get(EXPERIMENT).json()["arms"]
+    return sum(arm["answered"] for arm in arms)
 
 
 def _operate(page: Page, url: str, name: str) -> None:
@@ -77,7 +109,8 @@ def _operate(page: Page, url: str, name: str) -> None:
         page.wait_for_load_state("networkidle")
         page.wait_for_timeout(1000)
         title = view.split("/")[0]
-        page.screenshot(path=PICTURES / f"{title}-{name}.png")
+        whole = title == "users" and name != "phone"
+        page.screenshot(path=PICTURES / f"{title}-{name}.png", full_page=whole)
 
 
 def _simulate(page: Page, url: str, name: str) -> None:

@@ -133,6 +133,13 @@ def test_a_user_is_found_explained_and_erased(desk: Page, played: Service) -> No
     expect(desk.locator(".badge.good")).to_have_count(3)
     desk.get_by_role("button", name="Why?").first.click()
     expect(desk.locator(".told").first).to_contain_text("candidates")
+    shown = desk.get_by_role("img", name="Chance of a like from slot 0")
+    expect(shown.locator("rect")).to_have_count(5 * 4)
+    pressed = desk.locator(".beliefs button").last
+    pressed.click()
+    expect(desk.get_by_role("heading", level=2)).to_contain_text(
+        [f"Interest in {pressed.inner_text()}"]
+    )
     with desk.expect_download() as held:
         desk.get_by_role("button", name="Export").click()
     assert '"user": "ann"' in held.value.path().read_text()

@@ -14,6 +14,7 @@ from app.services.forecasts import Forecast
 from app.services.moods import Mood
 from app.services.playlists import Plan, Planned
 from app.services.profiles import Holding
+from app.services.timelines import Timeline
 
 LONGEST = 200  # playlist
 
@@ -166,6 +167,41 @@ class ForecastView(Form):
                 ForecastPoint(rested=slots, like=like)
                 for slots, like in enumerate(forecast.likes, start=1)
             ],
+        )
+
+
+class TimelinePoint(Form):
+    """What was believed of the item as a slot began."""
+
+    slot: int
+    belief: Annotated[Sequence[float], Field(description="probability of each state")]
+    like: Reward
+    rested: Annotated[
+        int | None, Field(description="slots since it was played, null: untouched")
+    ]
+    signals: Annotated[
+        Sequence[str],
+        Field(description="answers to its plays in this slot; none: it rested"),
+    ]
+
+
+class TimelineView(Form):
+    """How interest in one item has moved, by the models in force; the last is now."""
+
+    user: str
+    item: str
+    model: str
+    states: Sequence[str]
+    timeline: list[TimelinePoint]
+
+    @classmethod
+    def of(cls, user: str, item: str, told: Timeline) -> Self:
+        return cls(
+            user=user,
+            item=item,
+            model=told.model,
+            states=told.states,
+            timeline=[TimelinePoint.model_validate(each) for each in told.moments],
         )
 
 

@@ -1,6 +1,6 @@
 /** Beliefs as stacked bars, and a session as a line. */
 
-import { element, percent, shape } from "./dom.js";
+import { across, element, percent, shape } from "./dom.js";
 
 const LOW = [148, 163, 184];
 const MIDDLE = [56, 149, 211];
@@ -39,7 +39,7 @@ export function fill(bar, belief, states) {
 
 /** The plays of a session: what was expected, and what was answered. */
 export function drawLine(svg, plays) {
-  const [width, height, left, bottom] = [640, 220, 48, 16];
+  const [width, height, left, bottom] = [across(640), 220, 48, 16];
   const last = Math.max(plays.length - 1, 9);
   const x = (number) => left + ((width - left - 10) * number) / last;
   const y = (like) => 8 + (height - bottom - 8) * (1 - like);
@@ -58,6 +58,36 @@ export function drawLine(svg, plays) {
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   svg.setAttribute("aria-label", told(plays));
   svg.replaceChildren(...grid, shape("polyline", { points: points.join(" "), class: "line" }), ...dots);
+}
+
+/** A belief slot after slot, as stacked columns; a dot where the item was played. */
+export function drawTimeline(svg, { states, timeline }) {
+  const [width, height, left, top, bottom] = [across(860), 260, 48, 24, 24];
+  const step = Math.min((width - left - 10) / timeline.length, 40);
+  const x = (number) => left + step * number;
+  const y = (share) => top + (height - bottom - top) * (1 - share);
+  const columns = timeline.flatMap(({ belief }, number) => {
+    let below = 0;
+    return belief.toReversed().map((chance, place) => {
+      below += chance;
+      const fill = colour(states.length - 1 - place, states.length);
+      return shape("rect", { x: x(number), width: step + 0.3, y: y(below), height: y(below - chance) - y(below), fill, "shape-rendering": "crispEdges" });
+    });
+  });
+  const dots = timeline.flatMap(({ slot, like, signals }, number) =>
+    signals.map((signal) =>
+      shape("circle", { cx: x(number) + step / 2, cy: top / 2, r: Math.min(step / 2, 5), class: `dot ${signal}` }, shape("title", {}, `slot ${slot}: ${signal}; ${percent(like)} expected`)),
+    ),
+  );
+  const points = timeline.map(({ like }, number) => `${x(number) + step / 2},${y(like)}`).join(" ");
+  const shares = [0, 0.5, 1].map((share) => shape("text", { x: left - 6, y: y(share) + 4, class: "tick", "text-anchor": "end" }, percent(share)));
+  const ends = [[timeline[0].slot, left, "start"], ["now", x(timeline.length), "end"]];
+  const slots = timeline.length > 4 ? ends : ends.slice(1);
+  const ticks = slots.map(([text, at, anchor]) => shape("text", { x: at, y: height - 4, class: "tick", "text-anchor": anchor }, String(text)));
+  const [first, last] = [timeline[0], timeline.at(-1)];
+  svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  svg.setAttribute("aria-label", `Chance of a like from slot ${first.slot}, ${percent(first.like)}, to now, ${percent(last.like)}; played ${dots.length} times`);
+  svg.replaceChildren(...columns, shape("polyline", { points, class: "line over" }), ...dots, ...shares, ...ticks);
 }
 
 function told(plays) {

@@ -1,10 +1,10 @@
 /** Figures of simulations: what was earned by then, and what was played. */
 
-import { element, percent, shape } from "./dom.js";
+import { across, element, percent, shape } from "./dom.js";
 
 const KEYS = 6; // colours
 const DASHES = ["", "9 5", "2 4", "9 4 2 4"];
-const [WIDTH, LEFT, RIGHT, TOP, BOTTOM] = [860, 62, 16, 12, 44];
+const [WIDTH, LEFT, RIGHT, TOP, BOTTOM] = [across(860), 62, 16, 12, 44];
 const HEIGHT = 380;
 const BAR = 16;
 const NORMAL = 1.96;

@@ -10,8 +10,7 @@ const KINDS = { csv: "text/csv", ndjson: "application/x-ndjson" };
 export function items(view) {
   const rows = element("div");
   const search = element("input", { type: "search", autocomplete: "off" });
-  const told = outcome();
-  const editor = editorOf(told, soon(() => look()));
+  const editor = editorOf(soon(() => look()));
   const file = element("input", { type: "file", accept: ".csv,.ndjson,.jsonl" });
   const imported = outcome();
   const bring = (dry) => async () => {
@@ -26,14 +25,14 @@ export function items(view) {
   };
   search.addEventListener("input", soon(() => look()));
   view.append(
-    card("Edit", element("p", { class: "hint" }, "Press an id below."), editor.place, told.place),
+    editor.place,
     card(
       "Import",
       element("p", { class: "hint" }, "CSV (id, model, title, tags, payload) or NDJSON. All lines are taken, or none."),
       element("div", { class: "row" }, field("File", file), button("Try it", {}, bring(true)), button("Import", { class: "primary" }, bring(false))),
       imported.place,
     ),
-    card("Items", field("Find", search, "By id or title."), rows),
+    card("Items", field("Find", search, "By id or title; press an id to edit."), rows),
   );
   async function look() {
     const asked = search.value.trim();
@@ -57,21 +56,26 @@ export function items(view) {
   return look;
 }
 
-function editorOf(told, changed) {
-  const place = element("div", { class: "told" });
+function editorOf(changed) {
+  const title = element("h2");
+  const fields = element("div", { class: "told" });
+  const told = outcome();
+  const place = element("section", { class: "card", hidden: "" }, title, fields, told.place);
   const open = async (id) => {
-    place.replaceChildren();
+    title.textContent = id;
+    fields.replaceChildren();
+    place.hidden = false;
     const item = await told.of(() => call(`/v1/items/${encodeURIComponent(id)}`), () => "");
     if (item === null) return;
-    const title = element("input", { maxlength: "500" });
+    const name = element("input", { maxlength: "500" });
     const model = element("input");
     const tags = element("input");
     const payload = element("textarea", { spellcheck: "false" });
-    [title.value, model.value, tags.value] = [item.title, item.model, item.tags.join(", ")];
+    [name.value, model.value, tags.value] = [item.title, item.model, item.tags.join(", ")];
     payload.value = JSON.stringify(item.payload, null, 1);
     const path = `/v1/items/${encodeURIComponent(id)}`;
     const form = () => ({
-      title: title.value,
+      title: name.value,
       model: model.value,
       tags: tags.value.split(",").map((tag) => tag.trim()).filter(Boolean),
       payload: JSON.parse(payload.value),
@@ -82,13 +86,12 @@ function editorOf(told, changed) {
         void told.of(() => call(path, { method: "DELETE" }), () => `${id} is retired.`).then(changed);
       }
     };
-    place.replaceChildren(
-      element("h3", {}, id),
-      element("div", { class: "fields" }, field("Title", title), field("Model", model), field("Tags", tags, "with commas between them")),
+    fields.replaceChildren(
+      element("div", { class: "fields" }, field("Title", name), field("Model", model), field("Tags", tags, "with commas between them")),
       field("Payload", payload),
       element("p", { class: "row told" }, button("Save", { class: "primary" }, save), button("Retire", { class: "danger" }, retire)),
     );
-    title.focus();
+    name.focus();
   };
   return { place, open };
 }

@@ -47,7 +47,7 @@ function tilesOf({ policies, since, until }, counted) {
     tile("Expected", total("answered") ? percent(total("expected") / total("answered"), 1) : "–"),
     tile("Waiting for an answer", sum(counted, "encore_pending_plays").toFixed(0)),
     tile("Mean decision", took === null ? "–" : `${took.toFixed(2)} ms`),
-    tile("Mean surprise", surprise === null ? "–" : `${surprise.toFixed(3)} nats`),
+    tile("Mean surprise, nats", surprise === null ? "–" : surprise.toFixed(3)),
   ];
 }
 

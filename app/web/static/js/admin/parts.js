@@ -1,7 +1,7 @@
 /** Parts that views are made of. */
 
 import { Away, Problem } from "../api.js";
-import { element, shape } from "../dom.js";
+import { across, element, shape } from "../dom.js";
 
 export const card = (title, ...children) =>
   element("section", { class: "card" }, element("h2", {}, title), ...children);
@@ -78,7 +78,7 @@ export const when = (moment) => (moment ? new Date(moment).toLocaleString() : ""
 
 /** Shares over time as lines, with what surely holds them as bands. */
 export function lines(series, { from, to, label }) {
-  const [width, height, left, bottom] = [860, 240, 48, 24];
+  const [width, height, left, bottom] = [across(860), 240, 48, 24];
   const x = (moment) => left + ((width - left - 10) * (moment - from)) / (to - from);
   const y = (share) => 8 + (height - bottom - 8) * (1 - share);
   const svg = shape("svg", { class: "chart", viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label });

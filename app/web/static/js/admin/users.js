@@ -1,7 +1,7 @@
 /** One user: plays, beliefs, why each was chosen; all that is held, and its end. */
 
 import { call } from "../api.js";
-import { bar, drawLine, fill } from "../charts.js";
+import { bar, colour, drawLine, drawTimeline, fill } from "../charts.js";
 import { element, percent, shape } from "../dom.js";
 import { reason } from "../reasons.js";
 import { Titles } from "../titles.js";
@@ -18,6 +18,7 @@ export function users(view, user) {
   const home = `/v1/users/${encodeURIComponent(user)}`;
   const titles = new Titles();
   const beliefs = element("ol", { class: "beliefs" });
+  const timeline = timelineOf(home, titles);
   const course = shape("svg", { class: "chart", role: "img" });
   const plays = element("div");
   const why = outcome();
@@ -33,7 +34,8 @@ export function users(view, user) {
     }
   };
   view.append(
-    card("Beliefs", beliefs),
+    card("Beliefs", element("p", { class: "hint" }, "Press a title to see how interest in it has moved."), beliefs),
+    timeline.place,
     card("Plays", element("p", { class: "hint" }, "The chance of a like that was expected of each of the latest, and the answer."), course, plays, why.place),
     card("All that is held", element("p", { class: "row told" }, button("Export", {}, save), button("Erase", { class: "danger" }, erase)), told.place),
   );
@@ -43,21 +45,63 @@ export function users(view, user) {
       call(`${home}/plays`, { query: { limit: 50 } }),
     ]);
     await titles.learn(believed.beliefs.map((one) => one.item));
-    beliefs.replaceChildren(...believed.beliefs.map((one) => line(one, titles)));
+    beliefs.replaceChildren(...believed.beliefs.map((one) => line(one, titles, timeline.show)));
+    await timeline.look(mostPlayed(played.plays));
     drawLine(course, played.plays.toReversed().map((play) => ({ ...play, title: play.title || play.item })));
     plays.replaceChildren(table(["#Slot", "Title", "Answer", "#Expected", "Policy", "When", "Reason"], played.plays.map((play) => row(play, explain))));
   }
   return look;
 }
 
-function line(believed, titles) {
+/** The item of most of these plays; of several, the one that was played last. */
+function mostPlayed(plays) {
+  const count = new Map();
+  for (const { item } of plays) count.set(item, (count.get(item) ?? 0) + 1);
+  const most = Math.max(...count.values());
+  return plays.find(({ item }) => count.get(item) === most)?.item;
+}
+
+/** How interest in one item has moved: the one that was pressed, else the usual. */
+function timelineOf(home, titles) {
+  const title = element("h2");
+  const keys = element("ul", { class: "legend" });
+  const figure = shape("svg", { class: "chart", role: "img" });
+  const about = element("p", { class: "hint" }, "What was believed as each slot began: each colour a state, the line the chance of a like, a dot a play with its answer.");
+  const place = element("section", { class: "card", hidden: "" }, title, about, keys, figure);
+  let shown = null;
+  let usual = null;
+  const look = async (found = usual) => {
+    usual = found;
+    const item = shown ?? usual;
+    place.hidden = !item;
+    if (!item) return;
+    const told = await call(`${home}/items/${encodeURIComponent(item)}/timeline`, { query: { slots: 100 } });
+    title.textContent = `Interest in ${titles.of(item)}`;
+    keys.replaceChildren(...told.states.map((state, number) => keyOf(state, colour(number, told.states.length))));
+    drawTimeline(figure, told);
+  };
+  const show = (item) => async () => {
+    shown = item;
+    await soon(look)();
+    place.scrollIntoView({ block: "nearest" });
+  };
+  return { place, look, show };
+}
+
+function keyOf(state, colour) {
+  const swatch = element("span", { class: "swatch" });
+  swatch.style.backgroundColor = colour;
+  return element("li", {}, swatch, state);
+}
+
+function line(believed, titles, show) {
   const shown = bar(believed.states);
   fill(shown, believed.belief, believed.states);
   const rested = believed.rested === null ? "" : `rested ${believed.rested}`;
   return element(
     "li",
     {},
-    element("span", { class: "name" }, titles.of(believed.item)),
+    button(titles.of(believed.item), { class: "name link" }, show(believed.item)),
     element("strong", {}, percent(believed.like)),
     shown,
     element("span", { class: "note" }, rested),
